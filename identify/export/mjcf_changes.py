@@ -11,7 +11,7 @@ from exidyn.quoting import xml_attribute
 from ..errors import RobotError
 from ..model import Model
 from ..robot_files.mjcf import Part
-from ..robot_files.mjcf_names import name_of
+from ..robot_files.mjcf_names import enum_of, name_of
 from .mjcf_elements import Elements
 from .portable import Portable
 from .spread import Spread, changed_by
@@ -26,6 +26,8 @@ TERMS = {
 """Term of a joint -> attribute, and unit for revolute joints."""
 SAME = 1e-6
 """Relative difference within which a number is unchanged: rounding in computation and in the file."""
+WHOLE = 1.05
+"""Identified share of the weight that may still be all of it: torques are known to some percent."""
 DIGITS = 8
 """Number of significant digits in the file."""
 
@@ -165,13 +167,14 @@ def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[C
 
 def compensated_share(file: File, gravity: np.ndarray) -> float | None:
     """The `gravcomp` of all links with which motors carry a gravity (3,) [m/s^2]; None if it stays."""
-    full, old = file.compiled.opt.gravity, file.nominal.robot.gravity
+    model, full, old = file.compiled, file.compiled.opt.gravity, file.nominal.robot.gravity
     size = float(full @ full)
-    if not size or _same(old, gravity):
+    disabled = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
+    if not size or disabled or np.any(model.jnt_actgravcomp) or _same(old, gravity):
         return None
     left, before = float(gravity @ full) / size, float(old @ full) / size
     along = _same(left * full, gravity) and _same(before * full, old)
-    return max(1.0 - left, 0.0) if along and 0.0 <= left <= 1.0 + SAME else None
+    return max(1.0 - left, 0.0) if along and 0.0 <= left <= WHOLE else None
 
 
 def _same(old: np.ndarray, new: np.ndarray) -> bool:

@@ -184,12 +184,13 @@ class _Joint:
         return deviation
 
     def _by_spring(self, solution: _Solution, used: np.ndarray, stiffness: float) -> np.ndarray:
-        """Standard deviations of the numbers because the joint may have a spring, as cables are."""
+        """Standard deviations of the numbers because the joint may have a spring of any stiffness."""
         deviation = np.zeros(len(fields(ServoLaw)))
         if len(self.runs[0].unknown):
             columns, error, _ = (part[used] for part in self._system(solution.delay))
             values = _least_squares(columns[:, [*solution.terms, POSITION]], error)
-            deviation[0] = abs(1.0 / values[0] - stiffness)
+            if values[0] and np.isfinite(stiffness):
+                deviation[0] = abs(1.0 / values[0] - stiffness)
         return deviation
 
     def _sliding(self) -> np.ndarray:

@@ -78,10 +78,15 @@ def _led(model: Any, positions: Mapping[int, np.ndarray]) -> list[tuple[int, int
 def mount(model: Any, gravity: np.ndarray, original: np.ndarray | None = None) -> None:
     """Set the gravity (3,) [m/s^2] of a compiled MJCF, unless the file compensates or disables it.
 
-    A text whose gravity is not the original one (3,) keeps it.
+    Gravity that a text has changed stays; `original` is the result of `weight` for the original file.
     """
-    if original is not None and not np.array_equal(model.opt.gravity, original):
+    if original is not None and not np.array_equal(weight(model), original):
         return
     disabled = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
     if not disabled and not np.any(model.body_gravcomp):
         model.opt.gravity[:] = gravity
+
+
+def weight(model: Any) -> np.ndarray:
+    """Gravity of a compiled MJCF [m/s^2], and the largest share of it that is compensated [-], shape (4,)."""
+    return np.append(model.opt.gravity, np.max(model.body_gravcomp))

@@ -109,7 +109,7 @@ class Simulator:
         commands: `POSITION` or `TORQUE`.
         attach: Whether to attach the effects that MJCF cannot express.
         held: Whether commands are held from sample to sample; by default they are interpolated.
-        gravity: Gravity of the original file, shape (3,) [m/s^2]; a text with another one keeps it.
+        original: Gravity of the original file, see `held.weight`; a text with another one keeps it.
     """
 
     def __init__(
@@ -120,13 +120,13 @@ class Simulator:
         commands: str,
         attach: bool,
         held: bool = False,
-        gravity: np.ndarray | None = None,
+        original: np.ndarray | None = None,
     ) -> None:
         self._mujoco = optional("mujoco", PURPOSE, "mujoco")
         self.model, self._arm, self._commands = compile_mjcf(text, folder), arm, commands
         self.model.opt.disableflags |= enum_of("mjtDisableBit", "mjDSBL_AUTORESET")
         self._others = hold_others(self.model, arm.robot, "MJCF")
-        mount(self.model, arm.robot.gravity, gravity)
+        mount(self.model, arm.robot.gravity, original)
         self._data = self._mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in arm.robot.joints]
         self._qpos = [int(joint.qposadr[0]) for joint in joints]

@@ -155,7 +155,7 @@ def _with_other_masses(runs: Sequence[ServoRun], model: Model, fit: ServoFit, fi
     laws = [identify_unscaled(free, joint, float(delay)) for joint, delay in enumerate(fit.law.delay)]
     more = len(free[0].unknown) - len(runs[0].unknown)
     ratio = np.array([law.residual for law in laws]) ** 2 / fit.residual**2
-    # Bayesian information criterion of as many independent samples as blocks
+    # Bayesian information criterion: blocks are independent samples, and other masses bring these numbers
     doubtful = ratio < BLOCKS ** (-more / BLOCKS)
     damping, std = (file.stiffness * [getattr(law, name) for law in laws] for name in ("damping", "std"))
     return replace(

@@ -11,6 +11,7 @@ from ..model import Model
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law
 from .distances import Distances, distances
+from .held import weight
 from .replay import POSITION, Run, Simulator
 
 
@@ -41,9 +42,9 @@ class Trial:
     held: bool = False
 
     @cached_property
-    def gravity(self) -> np.ndarray:
-        """Gravity of the file, shape (3,) [m/s^2]."""
-        return np.array(compile_mjcf(self.source.text.decode(), self.source.folder).opt.gravity)
+    def weight(self) -> np.ndarray:
+        """Gravity of the file and its compensation, see `held.weight`."""
+        return weight(compile_mjcf(self.source.text.decode(), self.source.folder))
 
     @cached_property
     def numerical_inertia(self) -> np.ndarray:
@@ -59,15 +60,8 @@ class Trial:
 
     def simulator(self, text: bytes, arm: Model | None = None, attach: bool = False) -> Simulator:
         """The simulation of a version of the file, with the effects of an arm attached if requested."""
-        return Simulator(
-            text.decode(),
-            self.source.folder,
-            arm or self.model,
-            self.commands,
-            attach,
-            self.held,
-            self.gravity,
-        )
+        arm, folder = arm or self.model, self.source.folder
+        return Simulator(text.decode(), folder, arm, self.commands, attach, self.held, self.weight)
 
     def distances(self, text: bytes, arm: Model | None = None, attach: bool = False) -> Distances:
         """Distances between the runs and the simulation of a version of the file."""

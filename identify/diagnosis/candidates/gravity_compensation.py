@@ -20,13 +20,13 @@ from .base_tilt import under_gravity
 from .parts import RARE, on_motors
 
 EXPECTED = ((0.0, 1.0),)
-"""Prior mean and standard deviation of the share [-]: any share up to all of the weight."""
+"""Prior mean and standard deviation of the share [-]: about any share up to all of the weight."""
 
 
 EARTH = np.array([0.0, 0.0, -9.81])
 """Gravity where the model has none [m/s^2]."""
-CARRIED, LOADING = "carried", "loading"
-"""Share of the weight that something else carries; or that loads the motors, if the model has no gravity."""
+COMPENSATED, LOADING = "compensated", "loading"
+"""Share of the weight that motors carry less than in the model; or that they carry, if it has no gravity."""
 
 
 def compensations(model: Model) -> Iterator[Candidate]:
@@ -41,9 +41,9 @@ def compensations(model: Model) -> Iterator[Candidate]:
         weight = [pin.computeGeneralizedGravity(bodies, data, q).copy() for q in run.motion.position]
         return on_motors(model.robot, sign * np.array(weight)[:, :, None])
 
-    names = (LOADING if weightless else CARRIED,)
+    names, lower = ((LOADING,), (0.0,)) if weightless else ((COMPENSATED,), (-np.inf,))
     yield Candidate(
-        "gravity_compensation", (), columns, names, ("1",), (0.0,), smooth=True, expected=EXPECTED,
+        "gravity_compensation", (), columns, names, ("1",), lower, smooth=True, expected=EXPECTED,
         carried=True, prior=RARE, listed=False,
     )  # fmt: skip
 
@@ -53,21 +53,21 @@ def _held(arm: Arm, finding: Hypothesis) -> Arm:
     shares = {name: quantity.value for name, quantity in finding.parameters.items()}
     if LOADING in shares:
         return replace(arm, model=under_gravity(arm.model, shares[LOADING] * EARTH))
-    left = max(1.0 - shares[CARRIED], 0.0)
+    left = max(1.0 - shares[COMPENSATED], 0.0)
     return replace(arm, model=under_gravity(arm.model, left * arm.model.robot.gravity))
 
 
 KINDS = {
     "gravity_compensation": Kind(
         family="gravity",
-        sentence="[Motors carry {loading:%} of the arm's weight, and none in the model][Something carries "
-        "{carried:%} of the arm's weight, such as springs, counterweights or gravcomp, or the controller has "
-        "subtracted it from the efforts]",
+        sentence="[Motors carry {loading:%} of the arm's weight, and none in the model][Motors carry "
+        "{compensated:size %} {compensated:less|more} of the arm's weight than in the model, as with "
+        "springs, counterweights or gravcomp, or with a controller that subtracts it from the efforts]",
         drawn_against=("position", "load"),
         ask=compensations,
         held=_held,
         of_body=True,
-        mistaken_for=("base_tilt", "link_inertia", "spring_balancer"),
+        mistaken_for=("base_tilt", "link_inertia", "spring_balancer", "drive_gain"),
         settled_by="the links weighed, or one joint held by hand with its motor off",
     )
 }

@@ -1,7 +1,7 @@
 """Warming: friction that falls during each run, of a joint whose temperature was not recorded.
 
 Grease thins as the motor warms up. From a cold start, the temperature rises by a share 1 - exp(-t / tau) of
-its final rise, and friction falls with it to that of the model.
+its final rise, and friction falls with it to that of the model. All runs are taken to begin equally cold.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,8 @@ WARMING = "warming_friction"
 SIGN = 0.003
 """Speed within which dry friction reverses [rad/s]."""
 TIMES = (5.0, 20.0, 80.0)
-"""Time constants that are tried [s], a factor of four apart: of windings up to those of small motors."""
+"""Time constants that are tried [s], a factor of four apart: of windings up to small motors. In a short run,
+the longest stand for friction that falls steadily."""
 
 
 def warming(model: Model) -> Iterator[Candidate]:
@@ -36,7 +37,7 @@ def _warming(joint: int, constant: float, count: int) -> Candidate:
 
     def columns(run: Driven) -> np.ndarray:
         motion = run.motion
-        if np.all(np.isfinite(motion.temperature)):
+        if np.all(np.isfinite(motion.temperature[:, joint])):
             raise NotRecorded("the temperature was recorded, which tells more")
         cold = np.exp(-(motion.time - motion.time[0]) / constant)
         velocity = motion.velocity[:, joint]
@@ -49,7 +50,7 @@ def _warming(joint: int, constant: float, count: int) -> Candidate:
     names, units = ("Fvw", "Fcw")[:count], ("N m s/rad", "N m")[:count]
     return Candidate(
         WARMING, (joint,), columns, names, units, (0.0,) * count, {"time": constant},
-        {"time": Shape("s", 0.25 * TIMES[0], 4.0 * TIMES[-1])}, reshaped, rows=(joint,), prior=RARE,
+        {"time": Shape("s", 0.5 * TIMES[0], 2.0 * TIMES[-1])}, reshaped, rows=(joint,), prior=RARE,
         listed=False,
     )  # fmt: skip
 
@@ -61,7 +62,7 @@ KINDS = {
         drawn_against=("time", "velocity"),
         ask=warming,
         held=lambda arm, finding: None,
-        mistaken_for=("temperature_dependent_friction", "viscous_friction"),
+        mistaken_for=("viscous_friction", "nonlinear_viscous_friction", "stribeck_friction"),
         settled_by="the same run with the motors' temperatures recorded",
     )
 }

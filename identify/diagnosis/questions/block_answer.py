@@ -60,7 +60,7 @@ class Answer:
 
     @property
     def numbers(self) -> int:
-        """Number of numbers that describe it: coefficients, and constants of its shape."""
+        """How many numbers describe it: coefficients, and constants of its shape."""
         return len(self.values) + len(self.candidate.bounds)
 
     @property

@@ -130,7 +130,7 @@ def _with_fewest_numbers(group: Sequence[Answer]) -> Answer:
 
 
 def _chosen(group: Sequence[Answer]) -> Answer:
-    """The best shape at the cost of having chosen it: as probable as the average shape."""
+    """The best shape at the cost of having chosen it: no more probable than the average shape."""
     best = _with_fewest_numbers(group)
     if len(group) == 1 or best.gain <= 0.0:  # the cost would change nothing
         return best
@@ -139,4 +139,4 @@ def _chosen(group: Sequence[Answer]) -> Answer:
         for logs in ([answer.gain for answer in group], [answer.scatter_odds for answer in group])
     )
     choice = best.choice + max(best.scatter_odds - odds, 0.0)
-    return replace(best, cost=best.cost + best.gain - gain, choice=choice)
+    return replace(best, cost=best.cost + max(best.gain - gain, 0.0), choice=choice)

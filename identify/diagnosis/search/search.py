@@ -11,7 +11,7 @@ from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
-from ..questions.comparison import colouring, competing, seeing
+from ..questions.comparison import by_blocks, colouring, competing, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .checks import answer_beside, checked_by_held_out, nominal_if_better, with_refined_shape
@@ -19,7 +19,7 @@ from .held_out import proven
 from .once import with_contacts
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
-from .selected import Selected, answers_of, credible, keys_of, log_prior, odds_of
+from .selected import Selected, answers_of, compared_with, credible, keys_of, log_prior, odds_of
 from .simpler import simplest
 
 TURNS = 16
@@ -156,19 +156,21 @@ def _with_additions(
 def _formula_first(prediction: Prediction, best: Sequence[Answer], total: float) -> Selected | None:
     """The most probable credible hypothesis; of a curve, first a credible formula over the same quantity.
 
-    A curve may be the sum of formulas, such as a spring and a ripple. If it is not, it is added later and
-    replaces them.
+    A curve over a quantity fits any formula over it, and more. If it is credible beside the formula too, it
+    is added later, and the formula goes if it is no longer needed.
     """
     finding = simplest(prediction, best, total)
-    if finding is None or kind_of(finding.answer.candidate.effect).formula:
+    place = _dependence(finding.answer.candidate) if finding else None
+    if finding is None or place is None or kind_of(finding.answer.candidate.effect).formula:
         return finding
-    place = _dependence(finding.answer.candidate)
-    formulas = [
-        answer
-        for answer in best
-        if kind_of(answer.candidate.effect).formula and _dependence(answer.candidate) == place
-    ]
-    return simplest(prediction, formulas, total) or finding
+    here = [answer for answer in best if _dependence(answer.candidate) == place]
+    formulas = [answer for answer in here if kind_of(answer.candidate.effect).formula]
+    chosen = simplest(prediction, formulas, total)
+    if chosen is None:
+        return finding
+    curves = {id(answer) for answer in here} - {id(answer) for answer in formulas}
+    others = [answer for answer in best if id(answer) not in curves]
+    return compared_with(chosen, others, total, lambda first, second: by_blocks(prediction, first, second))
 
 
 def _rechosen(
@@ -189,7 +191,9 @@ def _rechosen(
         shapes[answer.candidate.key] = answer
         best = ranked(problem, prediction, others, shapes, np.flatnonzero(seeing(answer)))
         best = without_idle_curves(_material_answers(best, prediction), prediction)
-        chosen = simplest(prediction, best, total)
+        # A curve that is credible beside a formula has been added to it; otherwise the formula stays.
+        formula = kind_of(finding.answer.candidate.effect).formula
+        chosen = (_formula_first if formula else simplest)(prediction, best, total)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
 

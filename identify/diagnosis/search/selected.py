@@ -179,11 +179,7 @@ def most_probable(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Sel
         total: Sum of the prior weights of all hypotheses.
         blocks: Returns the log odds of one answer against another from the scatter of blocks.
     """
-
-    def against(answer: Answer, other: Answer) -> float:
-        prior = log_prior(answer, total) - log_prior(other, total)
-        return better(answer, other, blocks(answer, other), prior)
-
+    against = _against(total, blocks)
     likely = [answer for answer in best if odds_of(answer, total) > CERTAIN_ODDS] or _together(best, total)
     if not likely:
         return None
@@ -219,6 +215,21 @@ def _together(best: Sequence[Answer], total: float) -> list[Answer]:
     if joints is None or odds[joints] < NAMED_ODDS:
         return []
     return [max(groups[joints], key=lambda answer: odds_of(answer, total))]
+
+
+def compared_with(finding: Selected, best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected:
+    """A finding with its rivals among other hypotheses than those from which it was chosen."""
+    return _with_rivals(finding.answer, finding.odds, best, total, _against(total, blocks))
+
+
+def _against(total: float, blocks: ByBlocks) -> ByBlocks:
+    """Log odds of one answer against another, by the scatter of blocks and their priors."""
+
+    def against(answer: Answer, other: Answer) -> float:
+        prior = log_prior(answer, total) - log_prior(other, total)
+        return better(answer, other, blocks(answer, other), prior)
+
+    return against
 
 
 def _with_rivals(

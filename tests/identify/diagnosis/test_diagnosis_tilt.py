@@ -98,7 +98,7 @@ def test_a_share_of_the_weight_that_something_else_carries_is_found():
     found = diagnose(stated, runs_of(under(stated, 0.4 * stated.robot.gravity), stated))
     [one] = found.findings
     assert (one.effect, one.joints) == ("gravity_compensation", ())
-    assert abs(one.parameters["carried"].value - 0.6) < 0.03
+    assert abs(one.parameters["compensated"].value - 0.6) < 0.03
     lighter = as_found(found.evidence, found.findings).model.robot.gravity
     np.testing.assert_allclose(lighter, 0.4 * stated.robot.gravity, atol=0.3)
     assert "60" in sentence(one, stated.robot.joints)
