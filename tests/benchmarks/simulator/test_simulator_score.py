@@ -21,14 +21,18 @@ def answer(findings=(), servos=(), changes=()):
     """The result of a gap, as far as the benchmark reads it."""
     written = tuple(SimpleNamespace(where=where, attribute=name, old=1.0, new=2.0) for where, name in changes)
     file = SimpleNamespace(text=FILE.encode(), changes=written)
-    diagnosis = SimpleNamespace(
-        joints=("shoulder", "elbow"),
-        findings=tuple(SimpleNamespace(effect=effect, joints=joints) for effect, joints in findings),
-    )
+    named = tuple(SimpleNamespace(effect=effect, joints=joints) for effect, joints in findings)
+    diagnosis = SimpleNamespace(joints=("shoulder", "elbow"))
     changed = tuple(SimpleNamespace(joint=j, quantity=name, old=1.0, new=2.0) for j, name in servos)
     attached = SimpleNamespace(text=FILE.encode(), changes=(), arm=None, attaches=False)
     result = SimpleNamespace(
-        diagnosis=diagnosis, file=file, attached=attached, servos=changed, commands="position", held=False
+        diagnosis=diagnosis,
+        findings=named,
+        file=file,
+        attached=attached,
+        servos=changed,
+        commands="position",
+        held=False,
     )
     return said(result, FILE)
 

@@ -48,6 +48,8 @@ OUTSIDE = (
     "neighbour_friction",
     "axis_misalignment",
     "periodic_disturbance",
+    "gravity_compensation",
+    "warming_friction",
     *NAMES.values(),
     "torque_curve",
 )
