@@ -63,6 +63,7 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
         ("Commanded", positions if gap.commands == POSITION else "the measured torque"),
         ("Validation runs", ", ".join(run.name for run in gap.runs)),
         ("Starts", f"{len(gap.original.ends)} instants at which the simulation is set to the recorded state"),
+        *_gains(gap),
     ]
     sections = [
         Section("verdict", "Verdict", [Statements(verdict(gap, written), "verdict")]),
@@ -86,6 +87,22 @@ def gap_text(gap: Gap, written: Written = NOTHING) -> str:
 def gap_html(gap: Gap, written: Written = NOTHING) -> str:
     """The document as one HTML page."""
     return html(gap_document(gap, written))
+
+
+def _gains(gap: Gap) -> list[tuple[str, str]]:
+    """Drive gains that turn recorded currents into torque; empty if no currents were recorded."""
+    stated, identified = (answer.arm.robot.drive_gain for answer in (gap.file, gap.attached))
+    if gap.file.arm.robot.servo is not None or np.all(stated == 1.0):
+        return []
+    facts = [("Drive gains", f"{_per_joint(gap, stated)} N m/A, as stated in the robot file")]
+    if not np.allclose(stated, identified, rtol=1e-6):
+        facts += [("Identified gains", f"{_per_joint(gap, identified)} N m/A, with findings attached")]
+    return facts
+
+
+def _per_joint(gap: Gap, values: np.ndarray) -> str:
+    pairs = zip(gap.diagnosis.joints, values.tolist(), strict=True)
+    return ", ".join(f"{joint} {value:.4g}" for joint, value in pairs)
 
 
 class Compared(NamedTuple):
@@ -177,16 +194,12 @@ def _unexplained(gap: Gap) -> list[tuple[str, str, float]]:
 
 
 def _answers(gap: Gap) -> Table:
-    """Distances with the original file, the file by itself, and with attached effects."""
+    """Distances with the original file, the file by itself, and with attached effects if there are any."""
     compared = Compared.of(gap)
-    rows: list[list[Cell]] = [
-        [name, *_distances(compared, distances)]
-        for name, distances in (
-            (AS_IT_WAS, gap.original),
-            ("improved file by itself", gap.file.distances),
-            ("with findings attached", gap.attached.distances),
-        )
-    ]
+    answers = [(AS_IT_WAS, gap.original), ("improved file by itself", gap.file.distances)]
+    if gap.attached.attaches:
+        answers += [("with findings attached", gap.attached.distances)]
+    rows: list[list[Cell]] = [[name, *_distances(compared, distances)] for name, distances in answers]
     return Table(["simulation", *_head(gap, compared)], rows)
 
 
