@@ -72,6 +72,8 @@ class Fit(FitMethods, InNotebook):
         edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
         exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
             None if there are none, or in files that predate the key.
+        gear_friction_bias: Bias of the values per friction over transmitted torque of each joint, shape
+            (b, n); None if unknown, see `gear_friction_bias.py`, or in files that predate the key.
     """
 
     model: Model
@@ -99,6 +101,7 @@ class Fit(FitMethods, InNotebook):
     exported: np.ndarray | None = None
     standstill: np.ndarray | None = None
     edits: Mapping[str, str] = field(default_factory=dict)
+    gear_friction_bias: np.ndarray | None = None
 
     @property
     def gains_unstated(self) -> bool:

@@ -81,7 +81,7 @@ def _numbers(array: np.ndarray) -> list:
 
 
 def _table(fit: Fit) -> dict[str, Any]:
-    estimate = fit.estimate
+    estimate, bias = fit.estimate, fit.gear_friction_bias
     return {
         "exidyn_fit": FORMAT,
         "robot": fit.model.robot.name,
@@ -99,6 +99,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "noise_floor": None if fit.noise is None else _numbers(fit.noise),
         "noise_floor_from": fit.noise_source,
         "standstill": None if fit.standstill is None else _numbers(fit.standstill),
+        "gear_friction_bias": None if bias is None else [_numbers(row) for row in bias],
         "carried": dict(fit.carried),
         "edits": dict(fit.edits),
         "simulations": list(fit.simulations),
@@ -195,6 +196,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
         noise=None if floor is None else np.array(floor, float),
         noise_source=source,
         standstill=None if file.standstill is None else np.array(file.standstill, float),
+        gear_friction_bias=None if file.gear_friction_bias is None else np.array(file.gear_friction_bias),
         carried=file.carried,
         edits=file.edits,
         simulations=file.simulations,

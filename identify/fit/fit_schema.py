@@ -84,6 +84,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     noise_floor: tuple[SizeWritten, ...] | None = None
     noise_floor_from: str | None = None
     standstill: tuple[Size, ...] | None = None
+    gear_friction_bias: tuple[tuple[Number, ...], ...] | None = None
     carried: dict[str, str] = {}
     edits: dict[str, str] = {}
     simulations: tuple[str, ...] = ()
@@ -142,6 +143,11 @@ class FitFile(Struct, frozen=True, kw_only=True):
         unknowns = "the kept base parameters and the joints"
         check_length(self.covariance, "covariance", size, unknowns)
         check_rows(self.covariance, "covariance", size, unknowns)
+        if self.gear_friction_bias is not None:
+            kept = "one per kept base parameter"
+            check_length(self.gear_friction_bias, "gear_friction_bias", len(self.kept), kept)
+            for place, row in enumerate(self.gear_friction_bias):
+                check_length(row, f"gear_friction_bias[{place}]", joints, per_joint)
         exported = sum(row.exported is not None for row in self.kept)
         expected = "a value of every kept base parameter, or none"
         check(exported in (0, len(self.kept)), "exported", exported, expected)

@@ -33,6 +33,7 @@ from .equations import Equations, assemble
 from .estimators import Estimate, Estimator, maximum_likelihood, weighted
 from .fit import Fit
 from .fit_warnings import excitation_warnings, fit_warnings, repeated_motions, repeated_runs, unclear
+from .gear_friction_bias import gear_friction_bias
 from .identified import exported
 from .settled_gains import as_uncertain, unsupported
 from .shapes import fit_shapes
@@ -264,6 +265,11 @@ def _fit(
         equations = equations.without(weak)
         estimate = as_uncertain(estimator(equations), estimate, weak)
     base = equations.base
+    agreements = tuple(
+        agreement(run, estimate, equations.regressor[rows], equations.known[rows])
+        for run, rows in zip(used, equations.runs, strict=True)
+    )
+    velocity = np.concatenate([run.velocity for run in agreements])
     return Fit(
         model=model,
         base=base,
@@ -280,10 +286,8 @@ def _fit(
         noise_source=used[0].noise_source,
         standstill=np.max([run.standstill for run in used], axis=0),
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
-        agreement=tuple(
-            agreement(run, estimate, equations.regressor[rows], equations.known[rows])
-            for run, rows in zip(used, equations.runs, strict=True)
-        ),
+        agreement=agreements,
+        gear_friction_bias=gear_friction_bias(model, equations, estimate, velocity),
     )
 
 

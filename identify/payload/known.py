@@ -95,7 +95,16 @@ def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.
         covariance[place, place] += fit.dropped.get(name, 0.0) ** 2
     nominal = prior(rows.equations)
     new = np.arange(count, arm)  # friction under load, which the fit does not have
-    mean[new], covariance[new, new] = nominal[0][new], np.diag(nominal[1])[new]
+    friction = np.diag(nominal[1])[new]
+    mean[new], covariance[new, new] = nominal[0][new], friction
+    if len(new) and fit.gear_friction_bias is not None:
+        # True minus fitted unknowns per friction that the fit lacked.
+        towards = np.zeros((arm + n, n))
+        towards[places], towards[new, np.arange(n)] = -fit.gear_friction_bias, 1.0
+        # From the second pass on, the nominal value is the estimate of the pass before; the fit, which the
+        # other unknowns come from, is unbiased at zero friction.
+        mean[new], covariance[new, new] = 0.0, 0.0
+        covariance += (towards * friction) @ towards.T
     if fit.measures == "current":
         scale = -gains.gain  # change of the gain per relative error of the torque
         spread = np.concatenate([slope * scale, np.eye(n)])

@@ -15,6 +15,7 @@ from ..effects import Payload, Prior
 from ..effects.load_dependent_friction import LoadDependentFriction
 from ..fit.base_parameters import BaseParameters, base_parameters
 from ..fit.equations import Equations, assemble
+from ..fit.gear_friction_bias import REVERSAL
 from ..model import Model
 from ..preparation.prepare import Prepared
 
@@ -23,8 +24,6 @@ TOOL = "tool"
 GEAR_FRICTION = 0.2
 """Standard deviation of the friction per transmitted torque if the model has no such friction [-]. Harmonic
 drives and planetary gears lose 5 to 20 % of the torque that they transmit, hobby servos 15 to 25 %."""
-REVERSAL = 0.02
-"""Velocity over which that friction reverses [rad/s], about that of Coulomb friction in industrial arms."""
 
 
 @dataclass(frozen=True, eq=False)
