@@ -121,7 +121,7 @@ REVERSAL_STD = 0.5
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, by a few
 thousandths of a gear's radius. A longer displacement is a property of the gear, with an effect of its own."""
-LEADS = ((0.006, 0.003), (0.01, 0.03))
+LEADS = ((0.006, 0.003),)
 """Times by which dry friction may turn before the velocity does [s], with velocity ranges [rad/s]: surfaces
 that bend also damp (the bristles of LuGre's model), and MuJoCo turns `frictionloss` up to 10 ms early."""
 TURNS = len(REVERSALS) - 1 + len(PRESLIDING) + len(LEADS)

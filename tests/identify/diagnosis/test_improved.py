@@ -33,7 +33,8 @@ SMALL = 1e-4
 OF_MEASUREMENT = ("drive_gain_saturation", "current_clipping", "time_delay")
 BETWEEN = {"joint_elasticity": gears, "backlash": plays}
 OUTSIDE = (
-    "hose_spring supply_sag current_crosstalk neighbour_friction contact_event periodic_disturbance"
+    "hose_spring supply_sag current_crosstalk neighbour_friction contact_event periodic_disturbance "
+    "warming_friction"
 ).split()
 HELD = [name for name in KINDS if name not in (*OF_MEASUREMENT, *BETWEEN, *OUTSIDE)]
 
