@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ...arm.derivatives import differentiate
-from ...effects import JointEffect, Prior
+from ...effects import CoulombFriction, JointEffect, Prior
 from ...effects.hysteresis import Hysteresis
 from ...effects.smooth_sign import smooth_sign
 from ...fit.base_parameters import BaseParameters
@@ -121,7 +121,7 @@ REVERSAL_STD = 0.5
 PRESLIDING = (5e-5, 2e-4, 6e-4)
 """Displacements over which dry friction may build up [rad]: surfaces bend before they slide, by a few
 thousandths of a gear's radius. A longer displacement is a property of the gear, with an effect of its own."""
-LEADS = ((0.006, 0.003),)
+LEADS = ((0.006, 0.003), (0.01, 0.03))
 """Times by which dry friction may turn before the velocity does [s], with velocity ranges [rad/s]: surfaces
 that bend also damp (the bristles of LuGre's model), and MuJoCo turns `frictionloss` up to 10 ms early."""
 TURNS = len(REVERSALS) - 1 + len(PRESLIDING) + len(LEADS)
@@ -187,15 +187,21 @@ def _turns(model: Model, run: Driven) -> np.ndarray:
         signs = np.stack([smooth_sign(run.motion.velocity, v) for v in REVERSALS], axis=2)
         hysteresis = (Hysteresis(presliding=x).regressor(model.robot, run.motion) for x in PRESLIDING)
         bent = [np.einsum("tjj->tj", columns) for columns in hysteresis]
-        turns = [np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2], _early(run)]
+        turns = [np.diff(signs, axis=2), np.stack(bent, axis=2) - signs[:, :, 1:2], _early(model, run)]
         _TURNS[run.unloaded] = np.concatenate(turns, axis=2)
     return _TURNS[run.unloaded]
 
 
-def _early(run: Driven) -> np.ndarray:
-    """Differences between friction that turns early and friction that does not, shape (t, n, k) [-]."""
+def _early(model: Model, run: Driven) -> np.ndarray:
+    """Differences between friction that turns early and friction that does not, shape (t, n, k) [-].
+
+    They are zero on joints whose friction turns suddenly, where nothing tells them from other friction.
+    """
     v, a = run.motion.velocity, run.motion.acceleration
-    return np.stack([smooth_sign(v + lead * a, over) - smooth_sign(v, over) for lead, over in LEADS], axis=2)
+    coulomb = [effect for effect in model.effects if isinstance(effect, CoulombFriction)]
+    slow = [joint for e in coulomb if e.reversal > REVERSALS[1] for joint in e.columns(model.robot)]
+    turns = np.stack([smooth_sign(v + lead * a, over) - smooth_sign(v, over) for lead, over in LEADS], axis=2)
+    return np.asarray(turns * np.isin(np.arange(v.shape[1]), slow)[:, None])
 
 
 _TURNS: WeakKeyDictionary[Unloaded, np.ndarray] = WeakKeyDictionary()
