@@ -53,8 +53,8 @@ def _held(arm: Arm, finding: Hypothesis) -> Arm:
     shares = {name: quantity.value for name, quantity in finding.parameters.items()}
     if LOADING in shares:
         return replace(arm, model=under_gravity(arm.model, shares[LOADING] * EARTH))
-    left = max(1.0 - shares[COMPENSATED], 0.0)
-    return replace(arm, model=under_gravity(arm.model, left * arm.model.robot.gravity))
+    remaining = max(1.0 - shares[COMPENSATED], 0.0)
+    return replace(arm, model=under_gravity(arm.model, remaining * arm.model.robot.gravity))
 
 
 KINDS = {

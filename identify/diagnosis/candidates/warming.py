@@ -41,8 +41,8 @@ def _warming(joint: int, constant: float, count: int) -> Candidate:
             raise NotRecorded("the temperature was recorded, which tells more")
         cold = np.exp(-(motion.time - motion.time[0]) / constant)
         velocity = motion.velocity[:, joint]
-        both = np.stack([velocity, smooth_sign(velocity, SIGN)], axis=1)
-        return on_joint(run, joint, cold[:, None] * both[:, :count])
+        friction = np.stack([velocity, smooth_sign(velocity, SIGN)], axis=1)
+        return on_joint(run, joint, cold[:, None] * friction[:, :count])
 
     def reshaped(shape: Mapping[str, float]) -> Candidate:
         return _warming(joint, shape["time"], count)

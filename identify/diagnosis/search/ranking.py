@@ -125,8 +125,8 @@ def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:
 def _with_fewest_numbers(group: Sequence[Answer]) -> Answer:
     """The best shape; one with fewer numbers unless the best is credible against it."""
     best = max(group, key=lambda answer: answer.gain)
-    near = [answer for answer in group if answer.gain > best.gain - CERTAIN_ODDS]
-    return min(near, key=lambda answer: (answer.numbers, -answer.gain))
+    nearly_best = [answer for answer in group if answer.gain > best.gain - CERTAIN_ODDS]
+    return min(nearly_best, key=lambda answer: (answer.numbers, -answer.gain))
 
 
 def _chosen(group: Sequence[Answer]) -> Answer:
