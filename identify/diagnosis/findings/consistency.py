@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ...schema import check, check_different, check_joints, check_length
+from .axes import AXES
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
@@ -45,6 +46,8 @@ def _check_row(row: object, where: str, count: int) -> None:
     _check_lengths(row, ("torque_rms",), f"{where}.", count)
     if (size := getattr(row, "size", None)) is not None:
         _check_row(size, f"{where}.size", count)
+        over = AXES if size.points or size.curve else ("", *AXES)
+        check(size.over in over, f"{where}.size.over", size.over, f"one of {', '.join(AXES)}")
         for name in ("points", "curve"):
             for place, point in enumerate(getattr(size, name)):
                 finite = math.isfinite(point.at) and math.isfinite(point.torque) and math.isfinite(point.std)
