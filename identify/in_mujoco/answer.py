@@ -106,6 +106,17 @@ def friction(ladder: Ladder) -> tuple[np.ndarray, np.ndarray]:
     return numbers, std
 
 
+def with_drive_gains(ladder: Ladder) -> bytes:
+    """The file with the numbers of a fit where its servos have drive gains, which are fitted; else as it is."""
+    source = ladder.trial.source
+    if ladder.trial.model.robot.servo is None:
+        return source.text
+    try:
+        return ladder.step(()).text
+    except ExidynError:  # it has a stage with the reason
+        return source.text
+
+
 def _numbers(trial: Trial, text: bytes) -> np.ndarray:
     compiled = compile_mjcf(text.decode(), trial.source.folder)
     return joint_numbers(compiled, trial.model.robot.joints)

@@ -29,7 +29,7 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
-from .answer import Answer, attached, file_alone, friction
+from .answer import Answer, attached, file_alone, friction, with_drive_gains
 from .distances import Distances, horizons_of
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
@@ -135,7 +135,7 @@ def gap(
         trial = Trial(servos.source, model, _runs(raw, filtering, True), commands, servos.held)
         training = replace(trial, runs=_runs(raw, filtering, False))
         ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by))
-        servos = with_tuned_delay(servos, training, friction(ladder))
+        servos = with_tuned_delay(servos, training, with_drive_gains(ladder), friction(ladder))
         trial, training = (replace(of, source=servos.source) for of in (trial, training))
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)

@@ -21,7 +21,7 @@ from .judge import Gain, Judge
 from .ladder import FARTHER
 from .refine import Refinement
 from .replay import POSITION, Run
-from .servo_changes import DELAY, QUANTITIES, ServoChange, changed_law, servo_changes
+from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, servo_changes
 from .trial import Source, Trial
 
 HALVED = 0.5
@@ -83,38 +83,57 @@ def servo_stage(
     if file is None or not used:
         return unchanged(source, model)
     fit = _identified(used, model, file)
-    changes = servo_changes(fit, file)
-    if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm
-        changes = tuple(change for change in changes if change.quantity == DELAY)
-    stage = unchanged(source, model)
+    changes, judged = servo_changes(fit, file), source
     try:
-        stages = list(_versions(source, model, file, fit, changes))
+        if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm
+            changes = tuple(change for change in changes if change.quantity == DELAY)
+            judged = _with_stated_gains(source, model, file, fit)
+        stages = list(_versions(judged, model, file, fit, changes))
     except ExidynError as error:
-        return replace(stage, gain=Gain.SAME, reason=" ".join(str(error).split()))
+        return replace(unchanged(source, model), gain=Gain.SAME, reason=" ".join(str(error).split()))
     fitted, held_out = (
         [Run.of(run, filtering) for role, run in raw if (role == HELD_OUT) == judging]
         for judging in (False, True)
     )
     stage = min(stages, key=lambda stage: _distance(stage, model, fitted)) if len(stages) > 1 else stages[0]
     if not stage.changes:
-        return stage
-    trial = Trial(source, model, held_out, POSITION, stage.held)
-    gain = judge.compared(trial.distances(source.text), trial.distances(stage.source.text))
+        return replace(stage, source=source)
+    trial = Trial(judged, model, held_out, POSITION, stage.held)
+    gain = judge.compared(trial.distances(judged.text), trial.distances(stage.source.text))
     if gain is Gain.WORSE:
         return replace(unchanged(source, model), held=stage.held, gain=gain, reason=FARTHER)
-    return replace(stage, gain=gain)
+    return replace(stage, gain=gain, source=_written(source, model.robot.joints, file, stage.changes))
 
 
-def with_tuned_delay(servos: ServoStage, training: Trial, start: tuple[np.ndarray, np.ndarray]) -> ServoStage:
+def _with_stated_gains(source: Source, model: Model, file: ServoLaw, fit: ServoFit) -> Source:
+    """The file with servos of stated drive gains, and with damping in the ratio that the runs show.
+
+    A delay can only be judged beside gains that are nearly right, and those of the file may be arbitrary.
+    """
+    robot = model.robot
+    assert robot.servo is not None
+    stiffness = robot.drive_gain * robot.servo.gain
+    ratio = fit.law.damping / fit.law.stiffness
+    ratio = np.where(np.isfinite(ratio), np.maximum(ratio, 0.0), file.damping / file.stiffness)
+    law = replace(file, stiffness=stiffness, damping=stiffness * ratio)
+    fields = {QUANTITIES[KP], QUANTITIES[KV]}
+    text = with_servo_law(source.text, source.folder, source.where, robot.joints, law, fields)
+    return source._replace(text=text)
+
+
+def with_tuned_delay(
+    servos: ServoStage, training: Trial, text: bytes, start: tuple[np.ndarray, np.ndarray]
+) -> ServoStage:
     """The stage with delays that bring simulations nearest to the training runs; unchanged without delays.
 
-    Torque is sampled somewhere within a cycle; the motion tells the delay more finely. `start` has the joint
-    numbers of the file with identified friction, shape (3, n), and their standard deviations.
+    Torque is sampled somewhere within a cycle; the motion tells the delay more finely. `text` is the file with
+    identified gains, and `start` has its joint numbers with identified friction, shape (3, n), and their
+    standard deviations.
     """
     if not any(change.quantity == DELAY for change in servos.changes):
         return servos
     source, joints = servos.source, training.model.robot.joints
-    shift = Refinement(training, source.text, *start, np.ones(start[0].shape)).delay_shift()
+    shift = Refinement(training, text, *start, np.ones(start[0].shape)).delay_shift()
     changes = tuple(
         replace(change, new=max(change.new + shift, 0.0)) if change.quantity == DELAY else change
         for change in servos.changes

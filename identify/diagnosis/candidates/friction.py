@@ -164,6 +164,7 @@ KINDS = {
         shapes=tuple(
             {"fade": speed, "exponent": power} for power in EXPONENTS for speed in (0.02, 0.05, 0.12, 0.3)
         ),
+        bounds={"exponent": Shape("", EXPONENTS[0], EXPONENTS[-1])},
         dry=True,
         mistaken_for=("hysteresis", "nonlinear_viscous_friction", "backlash"),
         settled_by="constant low speeds (exidyn excite --kind sweeps)",

@@ -40,7 +40,7 @@ class Kind:
     ask_first: AskOfRest | None = None  # hypotheses from the residual before any finding
     measured: Measure | None = None  # evidence from other signals, and the effect as torque
     shapes: tuple[Mapping[str, Any], ...] = ({},)  # arguments of the effect that are tried
-    bounds: Mapping[str, Shape] = field(default_factory=dict)  # bounds of its shape, if narrower
+    bounds: Mapping[str, Shape] = field(default_factory=dict)  # bounds of its shape, if others
     reducible: bool = False  # whether its parameters may be negative: the model has too much of it
     dry: bool = False  # whether it is dry friction, which changes its sign at rest
     derived: Derive | None = None  # numbers for the sentence, computed from the fitted ones

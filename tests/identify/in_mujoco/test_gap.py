@@ -57,14 +57,7 @@ PENDULUM = """<mujoco>
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "commands",
-    [
-        "position",
-        "torque",
-        pytest.param("alone", marks=pytest.mark.xfail(reason="numbers of the file explain it as well")),
-    ],
-)
+@pytest.mark.parametrize("commands", ["position", "torque", "alone"])
 def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     commands, tmp_path, monkeypatch, capsys
 ):

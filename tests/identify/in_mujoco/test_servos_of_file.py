@@ -1,8 +1,11 @@
 """Servos and numbers of a file from plain MuJoCo as the real arm: what changes, and what does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from exidyn.identification.arm.robot import PositionServo
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.servo_fit import identify_servos
 from exidyn.identification.fit.servo_runs import ServoRun
@@ -58,6 +61,22 @@ def test_the_servos_alone_take_most_of_the_gap(alone):
     trial = Trial(SOURCE, described(), [Run.of(raw[1][1], Filtering())], "position", stage.held)
     before, after = (trial.distances(text).tool[-1] for text in (SOURCE.text, stage.source.text))
     assert after < 0.6 * before  # the friction that the file lacks remains
+
+
+def test_a_delay_is_judged_beside_stated_drive_gains():
+    """The gains of this file are arbitrary: beside them, the delay would move the simulation away."""
+    text = ARM.replace('kp="800" kv="40"', 'kp="800" kv="200"').replace(
+        'kp="400" kv="20"', 'kp="400" kv="100"'
+    )
+    model = described(text)
+    stated = PositionServo(np.ones(2), np.full(2, np.inf))
+    robot = replace(model.robot, servo=stated, drive_gain=np.array([580.0, 310.0]))
+    model, raw = replace(model, robot=robot), runs_of(real_arm())
+    recordings = [(role, commands_alone(run)) for role, run in raw]
+    stage = servo_stage(SOURCE._replace(text=text.encode()), model, recordings, raw, Filtering(), Judge())
+    assert {change.quantity for change in stage.changes} == {"delay"}
+    assert all(abs(change.new - 0.02) < change.half for change in stage.changes)
+    assert b'kp="800" kv="200" delay' in stage.source.text
 
 
 def test_a_simulation_delays_the_commands_of_a_run_by_the_delay_of_the_file():
