@@ -1,8 +1,8 @@
 """Result files: one mechanism writes frozen dataclasses as JSON and reads them back.
 
-Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null. Python counts joints
-from 0 and people count them from 1, so the fields `joint` and `joints` are one larger in a file. A field with
-the metadata `NOT_IN_FILE` stays in memory.
+Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null. Python counts
+joints from 0 and people count them from 1, so the fields `joint` and `joints` are one larger in a file. A
+field with the metadata `NOT_IN_FILE` stays in memory.
 """
 
 from collections.abc import Mapping

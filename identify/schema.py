@@ -26,8 +26,8 @@ SHOWN = 60
 Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 """A finite number of plausible magnitude."""
 LARGEST_FLOAT = 1e150
-"""Largest magnitude of a number in a result file, whose square does not overflow. Simulations that diverge leave
-larger ones, which are written as null."""
+"""Largest magnitude of a number in a result file, whose square does not overflow. Simulations that diverge
+leave larger ones, which are written as null."""
 if TYPE_CHECKING:
     Real = float
 else:

@@ -107,7 +107,7 @@ def friction(ladder: Ladder) -> tuple[np.ndarray, np.ndarray]:
 
 
 def with_drive_gains(ladder: Ladder) -> bytes:
-    """The file with the numbers of a fit where its servos have drive gains, which are fitted; else as it is."""
+    """The file with the numbers of a fit if its servos have drive gains, which are fitted; else as it is."""
     source = ladder.trial.source
     if ladder.trial.model.robot.servo is None:
         return source.text

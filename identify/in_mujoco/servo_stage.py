@@ -126,8 +126,8 @@ def with_tuned_delay(
 ) -> ServoStage:
     """The stage with delays that bring simulations nearest to the training runs; unchanged without delays.
 
-    Torque is sampled somewhere within a cycle; the motion tells the delay more finely. `text` is the file with
-    identified gains, and `start` has its joint numbers with identified friction, shape (3, n), and their
+    Torque is sampled somewhere within a cycle; the motion tells the delay more finely. `text` is the file
+    with identified gains, and `start` has its joint numbers with identified friction, shape (3, n), and their
     standard deviations.
     """
     if not any(change.quantity == DELAY for change in servos.changes):
