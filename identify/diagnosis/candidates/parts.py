@@ -118,7 +118,8 @@ def of_effect(
     robot, parameters = model.robot, effect.parameters(model.robot)
     declared = {f.name for f in fields(effect)}
     waves = () if getattr(effect, "count", 1) > 1 else ("harmonic",)
-    bounds = {key: shape for key, shape in effect.shapes().items() if key not in NUISANCES} | kind.bounds
+    shapes = {key: shape for key, shape in effect.shapes().items() if key not in NUISANCES}
+    bounds = {**shapes, **kind.bounds}
 
     def columns(run: Driven) -> np.ndarray:
         return on_motors(robot, effect.regressor(robot, run.motion))
