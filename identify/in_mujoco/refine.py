@@ -19,13 +19,9 @@ from ..export.xml_text import Edits, read_tags
 from ..fit.needed_changes import with_needed_changes
 from ..robot_files.mjcf import compile_mjcf
 from ..text_table import NORMAL_95
-from .replay import Run
 from .trial import Trial
+from .windows import errors, windows
 
-SECONDS = 1.0
-"""Duration of a simulation [s]: long enough for friction to show, short enough for errors to stay small."""
-STARTS = 16
-"""Number of simulations of all runs."""
 STEPS = 6
 """Maximum number of Gauss-Newton steps."""
 ENOUGH = 0.01
@@ -39,8 +35,6 @@ FARTHEST = 0.005
 """Largest change of a delay by simulation [s]: two periods of usual logs."""
 TRIES = 4
 """Maximum number of step sizes in one direction."""
-STRIDE = 10
-"""Spacing of the compared samples."""
 FIELDS = {"armature": "dof_armature", "damping": "dof_damping", "dry": "dof_frictionloss"}
 """Term of a joint -> field of the compiled model."""
 
@@ -67,7 +61,7 @@ class Refinement:
         self.simulator = self.trial.simulator(self.text)
         joints = self.trial.model.robot.joints
         self.dofs = dofs_of(self.simulator.model, joints)
-        self.windows = _windows(self.trial.runs)
+        self.windows = windows(self.trial.runs)
         source = self.trial.source
         self.old = joint_numbers(compile_mjcf(source.text.decode(), source.folder), joints)
 
@@ -155,14 +149,7 @@ class Refinement:
         for name, numbers in zip(FIELDS.values(), values, strict=True):
             getattr(self.simulator.model, name)[self.dofs] = numbers
         self.simulator.renew()
-        parts = []
-        for (run, first, last), simulated in zip(
-            self.windows, self.simulator.roll_all(self.windows), strict=True
-        ):
-            rows = np.arange(first + 1, last + 1)[STRIDE - 1 :: STRIDE]
-            moved = np.maximum(np.std(run.position, axis=0), np.finfo(float).tiny)
-            parts.append((simulated[STRIDE - 1 :: STRIDE] - run.position[rows]) / moved)
-        return np.concatenate(parts).ravel()
+        return errors(self.windows, self.simulator.roll_all(self.windows))
 
     def _written(self, values: np.ndarray, halves: np.ndarray) -> tuple[bytes, tuple[Change, ...]]:
         source, robot = self.trial.source, self.trial.model.robot
@@ -193,14 +180,3 @@ def joint_numbers(compiled: Any, joints: Sequence[str]) -> np.ndarray:
     """Armature, damping and dry friction of joints in a compiled model, shape (3, n)."""
     dofs = dofs_of(compiled, joints)
     return np.array([getattr(compiled, name)[dofs] for name in FIELDS.values()])
-
-
-def _windows(runs: Sequence[Run]) -> list[tuple[Run, int, int]]:
-    """Runs with first and last sample of simulations of `SECONDS`, evenly spaced."""
-    total = sum(float(run.time[-1] - run.time[0]) for run in runs)
-    spacing, windows = max(total / STARTS, SECONDS), []
-    for run in runs:
-        for moment in np.arange(run.time[0], run.time[-1] - SECONDS, spacing):
-            first, last = np.searchsorted(run.time, [moment, moment + SECONDS])
-            windows.append((run, int(first), int(last)))
-    return windows

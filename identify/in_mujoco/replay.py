@@ -163,6 +163,14 @@ class Simulator:
         if self._attached is not None:
             self._attached.detach()
 
+    def set_gains(self, stiffness: np.ndarray, damping: np.ndarray) -> None:
+        """Set the gains of the servos at the joints, shape (n,) each [N m/rad, N m s/rad]."""
+        model, servo = self.model, self._servos
+        square = model.actuator_gear[servo, 0] ** 2
+        model.actuator_gainprm[servo, 0] = stiffness / square
+        model.actuator_biasprm[servo, 1] = -stiffness / square
+        model.actuator_biasprm[servo, 2] = -damping / square
+
     def renew(self) -> None:
         """Compute what MuJoCo derives from the numbers of its model, after they have been changed."""
         self._mujoco.mj_setConst(self.model, self._data)

@@ -54,15 +54,18 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
         return ()
     delay, spread = _delays(fit, known)
     stiffness, of_stiffness, helped = _with_common_factor(fit, file, known)
-    law = replace(fit.law, delay=delay, stiffness=stiffness)
+    # The ratio of damping and stiffness is known where stiffness is not.
+    scale = np.where(helped, stiffness / fit.law.stiffness, 1.0)
+    law = replace(fit.law, delay=delay, stiffness=stiffness, damping=scale * fit.law.damping)
     accuracy = 0.5 * ACCURACY * fit.period
+    of_damping = accuracy * law.damping + UNIFORM * fit.period * stiffness / 4.0
     std = replace(
         fit.std, delay=spread,
         stiffness=np.hypot(of_stiffness, accuracy * law.stiffness),
-        damping=np.hypot(fit.std.damping, accuracy * law.damping + UNIFORM * fit.period * stiffness / 4.0),
+        damping=np.hypot(scale * fit.std.damping, of_damping),
     )  # fmt: skip
-    pairs = zip(helped.tolist(), _doubtful(fit).tolist(), strict=True)
-    allowed = [(DELAY, *(KP,) * by_others, *(KV,) * doubtful) for by_others, doubtful in pairs]
+    pairs = zip(helped.tolist(), doubtful(fit).tolist(), strict=True)
+    allowed = [(DELAY, *(KP, KV) * by_others, *(KV,) * by_masses) for by_others, by_masses in pairs]
     return tuple(_changes(law, std, file, known, allowed, fit.measured))
 
 
@@ -79,8 +82,7 @@ def _with_common_factor(
     if len(ratios) < 2 or np.std(ratios) > ALIKE:
         return stiffness, std, helped
     common = file.stiffness * np.exp(np.mean(ratios))
-    doubtful = _doubtful(fit)
-    for joint in np.flatnonzero(~known & ~doubtful & np.isfinite(stiffness) & np.isfinite(std)):
+    for joint in np.flatnonzero(~known & ~doubtful(fit) & np.isfinite(stiffness) & np.isfinite(std)):
         spread = ALIKE * common[joint]
         if abs(stiffness[joint] - common[joint]) < CONTRADICTION * np.hypot(std[joint], spread):
             weights = np.array([std[joint], spread]) ** -2.0
@@ -89,7 +91,8 @@ def _with_common_factor(
     return stiffness, std, helped
 
 
-def _doubtful(fit: ServoFit) -> np.ndarray:
+def doubtful(fit: ServoFit) -> np.ndarray:
+    """Whether other masses explain the motion of each joint as well as other gains, shape (n,)."""
     return fit.doubtful if len(fit.doubtful) else np.zeros(len(fit.law.stiffness), bool)
 
 
@@ -98,7 +101,7 @@ def determined(fit: ServoFit) -> np.ndarray:
     stiffness, std = fit.law.stiffness, fit.std.stiffness
     physical = np.isfinite(stiffness) & (stiffness > 0.0) & (fit.law.damping > -3.0 * fit.std.damping)
     physical &= fit.law.delay < LONGEST  # what fits best beyond that is no delay
-    return np.asarray(physical & ~_doubtful(fit) & (std < DETERMINED * np.abs(stiffness)))
+    return np.asarray(physical & ~doubtful(fit) & (std < DETERMINED * np.abs(stiffness)))
 
 
 def _delays(fit: ServoFit, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,7 @@ from .ladder import FARTHER
 from .refine import Refinement
 from .replay import POSITION, Run
 from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, servo_changes
+from .simulated_gains import with_simulated_gains
 from .trial import Source, Trial
 
 HALVED = 0.5
@@ -82,7 +83,13 @@ def servo_stage(
     file = servo_law(compile_mjcf(source.text.decode(), source.folder), model.robot.joints)
     if file is None or not used:
         return unchanged(source, model)
+    fitted, held_out = (
+        [Run.of(run, filtering) for role, run in raw if (role == HELD_OUT) == judging]
+        for judging in (False, True)
+    )
     fit = _identified(used, model, file)
+    if model.robot.servo is None:
+        fit = with_simulated_gains(fit, Trial(source, model, fitted, POSITION), file)
     changes, judged = servo_changes(fit, file), source
     try:
         if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm
@@ -91,10 +98,6 @@ def servo_stage(
         stages = list(_versions(judged, model, file, fit, changes))
     except ExidynError as error:
         return replace(unchanged(source, model), gain=Gain.SAME, reason=" ".join(str(error).split()))
-    fitted, held_out = (
-        [Run.of(run, filtering) for role, run in raw if (role == HELD_OUT) == judging]
-        for judging in (False, True)
-    )
     stage = min(stages, key=lambda stage: _distance(stage, model, fitted)) if len(stages) > 1 else stages[0]
     if not stage.changes:
         return replace(stage, source=source)
