@@ -23,6 +23,7 @@ from .refine import Refinement
 from .replay import POSITION, Run
 from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, servo_changes
 from .trial import Source, Trial
+from .unloaded import simulated_runs
 
 HALVED = 0.5
 """Ratio of residual variances below which the file's rotor inertia is wrong: the law of friction leaves
@@ -91,10 +92,7 @@ def servo_stage(
         stages = list(_versions(judged, model, file, fit, changes))
     except ExidynError as error:
         return replace(unchanged(source, model), gain=Gain.SAME, reason=" ".join(str(error).split()))
-    fitted, held_out = (
-        [Run.of(run, filtering) for role, run in raw if (role == HELD_OUT) == judging]
-        for judging in (False, True)
-    )
+    fitted, held_out = (simulated_runs(raw, filtering, judging) for judging in (False, True))
     stage = min(stages, key=lambda stage: _distance(stage, model, fitted)) if len(stages) > 1 else stages[0]
     if not stage.changes:
         return replace(stage, source=source)
