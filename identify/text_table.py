@@ -15,6 +15,8 @@ INDENT = 2
 """Width reserved for callers that indent a table, in characters."""
 TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b| ?-> ")
 """Texts inside which no line is broken."""
+TIME = re.compile(r"(?<=\d) (?=s\b)")
+"""Space between a time and its unit."""
 STAYS = "\N{NO-BREAK SPACE}"
 LEAST_SENTENCE = 20
 """Width below which a column of sentences is not wrapped."""
@@ -184,14 +186,20 @@ def _laid(
 
 
 def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
-    """Lines of each head over cells of these widths; heads that differ only in a number fold alike."""
+    """Lines of each head over cells of these widths; heads that differ only in a number fold alike.
+
+    A time stays on the line of its unit.
+    """
     kinds = [re.sub(r"\d+", "", head) for head in heads]
     narrowest = {
         kind: max(MOST_NARROW, min(width for width, of in zip(cells, kinds, strict=True) if of == kind))
         for kind in kinds
     }
     return [
-        textwrap.wrap(head, narrowest[kind], break_long_words=False)
+        [
+            line.replace(STAYS, " ")
+            for line in textwrap.wrap(TIME.sub(STAYS, head), narrowest[kind], break_long_words=False)
+        ]
         for head, kind in zip(heads, kinds, strict=True)
     ]
 

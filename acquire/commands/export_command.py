@@ -24,7 +24,7 @@ from exidyn.identification.recordings.tables.written import TABLES, left_out
 from exidyn.identification.robot_files.description import is_mjcf
 from exidyn.identification.robot_files.mjcf import compile_mjcf
 from exidyn.identification.robot_files.mjcf_drives import servo_law
-from exidyn.identification.text_table import digits, paragraph
+from exidyn.identification.text_table import digits, paragraph, raised
 from exidyn.identification.text_table import table as text_table
 
 from ..arguments.command import Command, Option, table_help
@@ -156,8 +156,8 @@ def _changes(changes: Sequence[Change]) -> list[str]:
 
 
 def _unchanged_note(change: Change) -> str:
-    """A note if the old number is within the 95 % interval."""
-    return "" if change.told_apart else "or unchanged"
+    """Why a number without an interval changes; or that the old number is within the 95 % interval."""
+    return change.reason or ("" if change.told_apart or not np.isfinite(change.half) else "or unchanged")
 
 
 def _moved(source: str, model: Model) -> tuple[Moved, ...]:
@@ -179,4 +179,4 @@ def _summary(name: str, missing: Sequence[str], moved: Sequence[Moved], changes:
         lines.append(
             f"  - {parameter.name} from {digits(parameter.value)} to {digits(parameter.exported)}, {stds}"
         )
-    return "\n".join(lines)
+    return raised("\n".join(lines))

@@ -16,6 +16,7 @@ from exidyn.identification.file_names import read_failure
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.answer import Answer
 from exidyn.identification.in_mujoco.distances import Distances
+from exidyn.identification.in_mujoco.drive_gains import DriveGains
 from exidyn.identification.in_mujoco.gap import Gap, gap
 from exidyn.identification.in_mujoco.judge import JOINTS, TOOL
 from exidyn.identification.in_mujoco.ladder import Stage
@@ -193,6 +194,7 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "validate": [run.name for run in result.runs],
         "starts": len(result.original.ends),
         "original": _distances(result.original),
+        "drive_gains": _drive_gains(result.drive_gains),
         "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
         "file": _answer(result.file) | {"written": written.file},
         "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
@@ -202,6 +204,13 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "beyond": list(result.beyond),
         "verdict": verdict(result, written),
     }
+
+
+def _drive_gains(gains: DriveGains | None) -> dict[str, list[float] | None] | None:
+    """Gains by joint [N m/A]; null if no currents were recorded, or if the runs do not determine them."""
+    if gains is None:
+        return None
+    return {name: None if values is None else values.tolist() for name, values in asdict(gains).items()}
 
 
 def _answer(answer: Answer) -> dict[str, Any]:

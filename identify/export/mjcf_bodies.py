@@ -75,14 +75,15 @@ def _changed(file: File, body: int, ten: np.ndarray, halves: np.ndarray, edits: 
 
     `halves` (10,) are the halves of the 95 % intervals of its numbers.
     """
-    numbers, before = (_numbers(values, file.parts[body]) for values in (ten, _ten(file, body)))
+    numbers, original = (_numbers(values, file.parts[body]) for values in (ten, _ten(file, body)))
     _write_body(file, body, numbers, edits)
     where = f"body '{name_of(file.compiled, 'body', body)}'"
-    for (attribute, unit), scale, *row in zip(
-        NUMBERS, _scales(numbers), before, numbers, halves, strict=True
+    for (attribute, unit), scale, old, new, half in zip(
+        NUMBERS, _scales(numbers), original, numbers, halves, strict=True
     ):
-        if abs(row[1] - row[0]) > SAME * scale:
-            yield Change(where, attribute, unit, *map(float, row))
+        if abs(new - old) > SAME * scale:
+            before = 0.0 if abs(old) <= SAME * scale else float(old)  # MuJoCo's rounding
+            yield Change(where, attribute, unit, before, float(new), float(half))
 
 
 def _fixed(file: File, body: int) -> list[int]:

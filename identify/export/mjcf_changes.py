@@ -42,6 +42,7 @@ class Change(NamedTuple):
         old: Number in the file, or the one that MuJoCo computed from the file.
         new: New number.
         half: Half of its 95 % interval; infinite if unknown.
+        reason: Why it changes, if it was not identified by itself.
     """
 
     where: str
@@ -50,6 +51,7 @@ class Change(NamedTuple):
     old: float
     new: float
     half: float
+    reason: str = ""
 
     @property
     def told_apart(self) -> bool:

@@ -3,6 +3,7 @@
 The model that MuJoCo compiles from the new text is compared with the identified model before it is returned.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,7 +42,14 @@ class Patch:
     left: tuple[str, ...]
 
 
-def patch(portable: Portable, standard: Standard, text: bytes, folder: str, where: str) -> Patch:
+def patch(
+    portable: Portable,
+    standard: Standard,
+    text: bytes,
+    folder: str,
+    where: str,
+    elsewhere: Collection[str] = (),
+) -> Patch:
     """Write the identified numbers to an MJCF.
 
     Args:
@@ -50,6 +58,7 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
         text: Text of the MJCF that describes the robot.
         folder: Folder of the meshes.
         where: Name of the file in errors.
+        elsewhere: Features, by their names in `left_out`, that the caller states elsewhere.
 
     Raises:
         RobotError: The file describes another arm, or cannot represent the identified numbers.
@@ -72,7 +81,9 @@ def patch(portable: Portable, standard: Standard, text: bytes, folder: str, wher
     require_servos(compiled, wanted, where)
     require_motors(compiled, motors, where)
     altered = altered_damping(file.compiled, compiled, written_servos(file, wanted))
-    missing = _left_out(unwritten, spread, bool(servos(compiled, wanted.robot.joints)))
+    has_servos = bool(servos(compiled, wanted.robot.joints))
+    features = (*FEATURES, *elsewhere, *(("servos",) if has_servos else ()))
+    missing = _left_out(unwritten, spread, features)
     return Patch(new, tuple(changes), (*below, *gravity, *altered, *kept_cogging(file, wanted), *missing))
 
 
@@ -90,10 +101,9 @@ def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
     return File(where, elements, compiled, [names.index(joint) for joint in joints], parts, nominal)
 
 
-def _left_out(portable: Portable, spread: Spread, has_servos: bool) -> list[str]:
+def _left_out(portable: Portable, spread: Spread, features: Collection[str]) -> list[str]:
     """Sentences on what the file cannot represent; constant torques only if they differ from zero."""
     joints = portable.joints
     halves = np.array([spread.half(place, "constant") for place in range(portable.robot.dof)])
     alone = np.where(np.abs(joints.constant) <= halves, 0.0, joints.constant)
-    features = (*FEATURES, "servos") if has_servos else FEATURES
     return left_out(replace(portable, joints=replace(joints, constant=alone)), features)

@@ -35,7 +35,8 @@ def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Chan
         half = NORMAL_95 * float(robot.drive_gain_tolerance[place] * wanted) / gear**2
         yield Change(where, "kp", robot.unit(place, "N m/rad"), old, float(wanted) / gear**2, half)
         if damping:
-            yield Change(where, "kv", robot.unit(place, "N m s/rad"), damping, 0.0, np.inf)
+            unit = robot.unit(place, "N m s/rad")
+            yield Change(where, "kv", unit, damping, 0.0, np.inf, "now in damping")
 
 
 def written_servos(file: File, portable: Portable) -> list[int]:

@@ -16,7 +16,7 @@ from ..model import Model
 from ..robot_files.mjcf import compile_mjcf
 from ..text_table import NORMAL_95
 from .distances import Distances
-from .judge import Gain
+from .judge import Gain, Judge
 from .ladder import Ladder
 from .refine import FIELDS, Refinement, joint_numbers
 from .trial import Trial
@@ -60,29 +60,32 @@ def attached(ladder: Ladder, file: Answer) -> Answer:
     return Answer(step.text, ladder.last, step.changes, step.arm, step.fit, step.left)
 
 
-def file_alone(ladder: Ladder, training: Trial, start: Distances) -> Answer:
-    """The version of the file that is nearest to the held-out runs by itself.
+def file_alone(ladder: Ladder, training: Trial) -> Answer:
+    """The version of the file that is nearest to the held-out runs by itself, with identified drive gains.
 
     The first version has the friction of a fit without findings, refined in simulations of the training runs.
     Fits without and with the findings give further versions, which also differ in bodies; the best of them is
     refined too. A version has to be nearer than the best before it, so that few changes come first.
     """
-    trial = ladder.trial
-    original = Answer(trial.source.text, start, (), trial.model)
-    best = fitted = _refined(ladder, training, original, *friction(ladder))
+    trial, training = ladder.with_gains(ladder.trial), ladder.with_gains(training)
+    original = Answer(trial.source.text, ladder.start, (), ladder.trial.model)
+    first = _refined(trial, training, ladder.judge, original, *friction(ladder))
+    fitted = first
     for text, changes in _fitted(ladder):
-        fitted = _nearer(ladder, fitted, text, changes)
-    if fitted is best:
-        return best
+        fitted = _nearer(trial, ladder.judge, fitted, text, changes)
+    if fitted is first:
+        return first
     numbers = _numbers(trial, fitted.text)
-    return _refined(ladder, training, fitted, numbers, np.full(numbers.shape, np.inf))
+    return _refined(trial, training, ladder.judge, fitted, numbers, np.full(numbers.shape, np.inf))
 
 
-def _refined(ladder: Ladder, training: Trial, answer: Answer, start: np.ndarray, std: np.ndarray) -> Answer:
+def _refined(
+    trial: Trial, training: Trial, judge: Judge, answer: Answer, start: np.ndarray, std: np.ndarray
+) -> Answer:
     """The answer with refined joint numbers if it is nearer, else as it is."""
     text, changes = Refinement(training, answer.text, start, std, scale_of(training)).refined()
     others = [change for change in answer.changes if change.attribute not in REFINED]
-    return _nearer(ladder, answer, text, (*others, *changes))
+    return _nearer(trial, judge, answer, text, (*others, *changes))
 
 
 def friction(ladder: Ladder) -> tuple[np.ndarray, np.ndarray]:
@@ -128,12 +131,12 @@ REFINED = [TERMS[term][0] for term in FIELDS]
 """Attributes that are refined."""
 
 
-def _nearer(ladder: Ladder, best: Answer, text: bytes, changes: tuple[Change, ...]) -> Answer:
+def _nearer(trial: Trial, judge: Judge, best: Answer, text: bytes, changes: tuple[Change, ...]) -> Answer:
     """The version if it is nearer than the best one, else the best one."""
-    distances = ladder.trial.distances(text)
-    if ladder.judge.compared(best.distances, distances) is not Gain.BETTER:
+    distances = trial.distances(text)
+    if judge.compared(best.distances, distances) is not Gain.BETTER:
         return best
-    return Answer(text, distances, changes, best.arm)
+    return Answer(text, distances, changes, trial.model)
 
 
 def _fitted(ladder: Ladder) -> Iterator[tuple[bytes, tuple[Change, ...]]]:

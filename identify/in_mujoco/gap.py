@@ -17,9 +17,7 @@ from ..diagnosis.diagnose import diagnosed
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
-from ..diagnosis.runs.usable import HELD_OUT
 from ..diagnosis.words.sentences import sentence
-from ..errors import RecordingError
 from ..model import Model
 from ..plausible.gate import doubts
 from ..plausible.position_servos import servo_gain_doubts
@@ -31,6 +29,7 @@ from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
 from .answer import Answer, attached, file_alone, friction, with_drive_gains
 from .distances import Distances, horizons_of
+from .drive_gains import DriveGains, drive_gains
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
 from .replay import POSITION, TORQUE, Run, what_is_commanded
@@ -39,8 +38,9 @@ from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
 from .servo_torque import with_servo_torque
 from .solver_friction import with_solver_friction
 from .trial import Source, Trial
+from .unloaded import require_unloaded, simulated_runs
 
-SERVOS = "servos of the file: gains, limits and delays of commands"
+SERVOS = "servos of the file (gains, limits, delays of commands)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +61,7 @@ class Gap:
         taken_out: Findings about the measurement, which were removed from the recordings, in words.
         beyond: Findings that a simulated arm cannot represent, in words.
         negligible: Findings that vanish in a fit together with the others.
+        drive_gains: Drive gains that turn recorded currents into torque; None if no currents were recorded.
     """
 
     diagnosis: Diagnosis
@@ -76,6 +77,7 @@ class Gap:
     taken_out: tuple[str, ...]
     beyond: tuple[str, ...]
     negligible: tuple[Finding, ...] = ()
+    drive_gains: DriveGains | None = None
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -111,13 +113,10 @@ def gap(
         judge_by: "tool" or "joints", whose error decides.
 
     Raises:
-        RecordingError: If no run is held out.
+        RecordingError: If no run without a payload is held out, or none is fitted.
         ExidynError: If the runs cannot be used; the message gives the reason.
     """
-    if not any(role == HELD_OUT for role, _ in recordings):
-        raise RecordingError(
-            "no run is held out to decide which findings help: add one that is not fitted, --validate RUN"
-        )
+    require_unloaded(recordings)
     progress(StageText("servos", "identify the servos"))
     joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
     model = with_solver_friction(model, compiled)
@@ -132,32 +131,44 @@ def gap(
         of_arm, faults, beyond = _sorted(diagnosis)
         if commands == TORQUE:
             raw = [(role, _without(run, diagnosis, faults)) for role, run in raw]
-        trial = Trial(servos.source, model, _runs(raw, filtering, True), commands, servos.held)
-        training = replace(trial, runs=_runs(raw, filtering, False))
+        trial = Trial(servos.source, model, simulated_runs(raw, filtering, True), commands, servos.held)
+        training = replace(trial, runs=simulated_runs(raw, filtering, False))
         ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by))
+        servos = _with_identified_gains(ladder, servos, source, recordings, raw)
+        training = replace(training, held=servos.held)
         servos = with_tuned_delay(servos, training, with_drive_gains(ladder), friction(ladder))
-        trial, training = (replace(of, source=servos.source) for of in (trial, training))
+        trial, training = (replace(of, source=servos.source, held=servos.held) for of in (trial, training))
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
         ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        file = file_alone(ladder, training, start)
+        file = file_alone(ladder, training)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
         diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original,
         servos.changes, (*servo_stages, *ladder.stages), file, attached(ladder, file),
         tuple(sentence(finding, diagnosis.joints) for finding in faults),
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),
-        tuple(ladder.negligible),
+        tuple(ladder.negligible), drive_gains(ladder, trial),
     )  # fmt: skip
 
 
-def _runs(
-    recordings: Sequence[tuple[str, Recording]], filtering: Filtering, held_out: bool
-) -> tuple[Run, ...]:
-    """Runs that are simulated, either held out or not."""
-    return tuple(Run.of(run, filtering) for role, run in recordings if (role == HELD_OUT) == held_out)
+def _with_identified_gains(
+    ladder: Ladder,
+    servos: ServoStage,
+    source: Source,
+    recordings: Sequence[tuple[str, Recording]],
+    raw: Sequence[tuple[str, Recording]],
+) -> ServoStage:
+    """The servos, identified again if the drive gains of currents were: gains of servos are torques too."""
+    trial = ladder.trial
+    gained = ladder.with_gains(trial)
+    if trial.commands != POSITION or trial.model.robot.servo is not None or gained is trial:
+        return servos
+    servos = servo_stage(source, gained.model, recordings, raw, ladder.filtering, ladder.judge)
+    ladder.trial = replace(trial, source=servos.source, held=servos.held)
+    return servos
 
 
 def _diagnosed(

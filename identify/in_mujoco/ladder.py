@@ -29,11 +29,16 @@ from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
 from .distances import Distances
 from .judge import Gain, Judge
+from .replay import TORQUE
 from .trial import Trial
 
-NUMBERS = "numbers of the file: masses, inertia, armature, damping, friction"
+NUMBERS = "numbers of the file (masses, inertia, armature, damping, friction)"
 NEGLIGIBLE = "its size, fitted together with the others, cannot be told from zero"
+GAINS = "drive gains"
 FARTHER = "the simulation would be farther from the recordings"
+TOGETHER = "alone they move the simulation away; the numbers below come with them"
+SAME_GAIN = 1e-6
+"""Relative difference of drive gains that is only rounding."""
 
 
 class Stage(NamedTuple):
@@ -73,6 +78,7 @@ class Ladder:
         diagnosis: Diagnosis of the recordings.
         faults: Findings about the measurement, which every fit includes.
         judge: What a simulation is judged by.
+        start: Distances of the file as it is, which others have to beat.
         last: Distances of what is kept.
         kept: What is kept; None if it is the file as it is.
         findings: Findings that are kept.
@@ -87,6 +93,7 @@ class Ladder:
     diagnosis: Diagnosis
     faults: Sequence[Finding]
     judge: Judge
+    start: Distances = field(init=False)
     last: Distances = field(init=False)
     kept: Step | None = None
     findings: list[Finding] = field(default_factory=list)
@@ -95,8 +102,31 @@ class Ladder:
     fits: dict[tuple[int, ...], tuple[Fit, Standard]] = field(default_factory=dict)
 
     def begin(self, trial: Trial, start: Distances) -> None:
-        """Take a version of the file as the one to which findings are added."""
-        self.trial, self.last = trial, start
+        """Take a version of the file as the one to which findings are added.
+
+        Identified drive gains come first: they belong to the recorded currents, not to the file.
+        """
+        self.trial, self.start = trial, start
+        gained = self.with_gains(trial)
+        if trial.commands == TORQUE and gained is not trial:
+            now = gained.distances(trial.source.text)
+            gain = self.judge.compared(start, now)
+            self.stages.append(Stage(GAINS, now, gain, TOGETHER if gain is Gain.WORSE else ""))
+            if gain is not Gain.WORSE:
+                self.trial, self.start = gained, now
+        self.last = self.start
+
+    def with_gains(self, trial: Trial) -> Trial:
+        """The trial, with the drive gains that were identified with what is kept; unchanged if none were."""
+        try:
+            arm = self.kept.arm if self.kept else self.step(()).arm
+        except ExidynError:  # it has a stage with the reason
+            return trial
+        robot, fields = trial.model.robot, ("drive_gain", "drive_gain_tolerance")
+        if np.allclose(arm.robot.drive_gain, robot.drive_gain, rtol=SAME_GAIN, atol=0.0):
+            return trial
+        robot = replace(robot, **{name: getattr(arm.robot, name) for name in fields})
+        return replace(trial, model=replace(trial.model, robot=robot))
 
     def climb(self, findings: Sequence[Finding], progress: Callable[[str], None]) -> None:
         """Try the numbers of the file, then each finding."""
@@ -139,7 +169,8 @@ class Ladder:
         fit, standard = self._fit(findings)
         arm = replace(identified(fit, standard), measurements=())  # gears follow; sensors are not simulated
         source = self.trial.source
-        patched = patch(Portable.of(arm), standard, source.text, source.folder, source.where)
+        # Drive gains belong to the recordings, and have their own table.
+        patched = patch(Portable.of(arm), standard, source.text, source.folder, source.where, ("gains",))
         gears = gears_of(self.diagnosis, findings)
         text, more = add_gears(patched.text, source.folder, source.where, gears)
         return Step(fit, arm, text, (*patched.changes, *more), patched.left)

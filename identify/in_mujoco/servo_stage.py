@@ -24,6 +24,7 @@ from .replay import POSITION, Run
 from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, servo_changes
 from .simulated_gains import with_simulated_gains
 from .trial import Source, Trial
+from .unloaded import simulated_runs
 
 HALVED = 0.5
 """Ratio of residual variances below which the file's rotor inertia is wrong: the law of friction leaves
@@ -83,10 +84,7 @@ def servo_stage(
     file = servo_law(compile_mjcf(source.text.decode(), source.folder), model.robot.joints)
     if file is None or not used:
         return unchanged(source, model)
-    fitted, held_out = (
-        [Run.of(run, filtering) for role, run in raw if (role == HELD_OUT) == judging]
-        for judging in (False, True)
-    )
+    fitted, held_out = (simulated_runs(raw, filtering, judging) for judging in (False, True))
     fit = _identified(used, model, file)
     if model.robot.servo is None:
         fit = with_simulated_gains(fit, Trial(source, model, fitted, POSITION), file)

@@ -8,6 +8,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..diagnosis.words.naming import joined
 from ..document.document import (
+    Block,
     Cell,
     Document,
     Figure,
@@ -25,9 +26,9 @@ from ..in_mujoco.distances import Distances
 from ..in_mujoco.gap import Gap
 from ..in_mujoco.judge import ON_AXIS, Gain
 from ..in_mujoco.replay import POSITION
-from ..in_mujoco.servo_changes import UNITS
 from ..text_table import digits
 from .diagnosis_plots import KEYS, bars
+from .gap_numbers import changed_numbers, drive_gains, servos
 from .svg import Panel, Span
 
 AS_IT_WAS = "original file"
@@ -63,14 +64,16 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
         ("Commanded", positions if gap.commands == POSITION else "the measured torque"),
         ("Validation runs", ", ".join(run.name for run in gap.runs)),
         ("Starts", f"{len(gap.original.ends)} instants at which the simulation is set to the recorded state"),
-        *_gains(gap),
     ]
     sections = [
         Section("verdict", "Verdict", [Statements(verdict(gap, written), "verdict")]),
-        Section("answers", "Both answers", [_answers(gap), Paragraph(OPTIMISTIC)]),
-        Section("servos", "Servos", [_servos(gap)] if gap.servos else []),
-        Section("numbers", "Changed numbers of the file", [_numbers(gap)] if gap.file.changes else []),
-        Section("stages", "Gain by stage", [_stages(gap)]),
+        Section(
+            "answers", "Distance between simulation and real arm", [_answers(gap), Paragraph(OPTIMISTIC)]
+        ),
+        Section("gains", "Drive gains", drive_gains(gap)),
+        Section("servos", "Servos", servos(gap)),
+        Section("numbers", "Changed numbers of the file", changed_numbers(gap)),
+        Section("stages", "Gain by stage", [_stages(gap), *_reasons(gap)]),
         Section("joints", "Joint errors, root mean square", [_joints(gap, units)]),
         Section("runs", "Whole runs", [Grid(_plots(gap, robot))] if robot else [], detail=True),
         Section("beside", "Findings outside the file", [Statements(_beside(gap))] if _beside(gap) else []),
@@ -87,22 +90,6 @@ def gap_text(gap: Gap, written: Written = NOTHING) -> str:
 def gap_html(gap: Gap, written: Written = NOTHING) -> str:
     """The document as one HTML page."""
     return html(gap_document(gap, written))
-
-
-def _gains(gap: Gap) -> list[tuple[str, str]]:
-    """Drive gains that turn recorded currents into torque; empty if no currents were recorded."""
-    stated, identified = (answer.arm.robot.drive_gain for answer in (gap.file, gap.attached))
-    if gap.file.arm.robot.servo is not None or np.all(stated == 1.0):
-        return []
-    facts = [("Drive gains", f"{_per_joint(gap, stated)} N m/A, as stated in the robot file")]
-    if not np.allclose(stated, identified, rtol=1e-6):
-        facts += [("Identified gains", f"{_per_joint(gap, identified)} N m/A, with findings attached")]
-    return facts
-
-
-def _per_joint(gap: Gap, values: np.ndarray) -> str:
-    pairs = zip(gap.diagnosis.joints, values.tolist(), strict=True)
-    return ", ".join(f"{joint} {value:.4g}" for joint, value in pairs)
 
 
 class Compared(NamedTuple):
@@ -147,7 +134,7 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     longest = f"After {gap.horizons[-1]:g} s, {compared.name} of the simulation"
     original = f"{longest} deviates by {compared.far(gap.original)} from the real arm with the original file"
     if not gap.changed:
-        return [f"{original}. Nothing that was identified brings it nearer, so no file was written"]
+        return [original, _why_nothing(gap, compared)]
     statements = [f"{original}, by {compared.far(gap.file.distances)} with the improved file by itself"]
     if gap.attached.attaches:
         statements.append(
@@ -166,6 +153,17 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     if written.attached:
         statements.append(f"Written: {written.attached}, for exidyn.mujoco.attach with {written.effects}")
     return statements
+
+
+def _why_nothing(gap: Gap, compared: Compared) -> str:
+    """Why no file was written."""
+    nearer = [stage.name for stage in gap.stages if stage.gain is Gain.BETTER and not stage.reason]
+    if not nearer:
+        return "Nothing that was identified brings it nearer, so no file was written"
+    return (
+        f"With the identified {joined(nearer)}, it deviates by {compared.far(gap.file.distances)}. No number "
+        "of the file brings it nearer, so no file was written"
+    )
 
 
 OPTIMISTIC = (
@@ -213,37 +211,24 @@ def _distances(compared: Compared, distances: Distances) -> list[Cell]:
     return [Number(1e3 * float(value), 3) for value in compared.values(distances)]
 
 
-def _servos(gap: Gap) -> Table:
-    """Changed numbers of the servos, at the joints."""
-    rows: list[list[Cell]] = [
-        [gap.diagnosis.joints[change.joint], change.quantity, UNITS[change.quantity],
-         Number(change.old, 4), Number(change.new, 4), Number(change.half, 2)]
-        for change in gap.servos
-    ]  # fmt: skip
-    return Table(["joint", "servo", "unit", "file", "identified", "± 95 %"], rows, words=(1, 2))
-
-
-def _numbers(gap: Gap) -> Table:
-    """Changed numbers of the file by itself."""
-    rows: list[list[Cell]] = [
-        [change.where, change.attribute, change.unit, Number(change.old, 4), Number(change.new, 4),
-         Number(change.half if np.isfinite(change.half) else np.nan, 2)]
-        for change in gap.file.changes
-    ]  # fmt: skip
-    return Table(["element", "attribute", "unit", "file", "identified", "± 95 %"], rows, words=(1, 2))
-
-
 def _stages(gap: Gap) -> Table:
     """One row per stage: distances with it and all kept before it, and whether it is kept."""
-    compared = Compared.of(gap)
+    compared, unchanged = Compared.of(gap), "yes, no gain"
     head = ["added", *_head(gap, compared), "kept"]
     rows: list[list[Cell]] = [[AS_IT_WAS, *_distances(compared, gap.original), ""]]
     for stage in gap.stages:
-        gained = Marked("yes", "good") if stage.gain is Gain.BETTER else "yes, makes no difference here"
+        gained = Marked("yes", "good") if stage.gain is Gain.BETTER else unchanged
         none: list[Cell] = [Number(np.nan)] * (len(head) - 2)
         numbers = _distances(compared, stage.distances) if stage.distances else none
-        rows.append([stage.name, *numbers, f"no: {stage.reason}" if stage.reason else gained])
+        rows.append([stage.name, *numbers, "no" if stage.reason else gained])
     return Table(head, rows, words=(len(head) - 1,))
+
+
+def _reasons(gap: Gap) -> list[Block]:
+    """Why stages are not kept: a sentence for each reason, as their words are too long for the table."""
+    reasons = dict.fromkeys(stage.reason for stage in gap.stages if stage.reason)
+    names = {reason: [stage.name for stage in gap.stages if stage.reason == reason] for reason in reasons}
+    return [Statements([f"No to {joined(names[reason])}: {reason}" for reason in reasons])] if names else []
 
 
 def _joints(gap: Gap, units: Sequence[str]) -> Table:

@@ -153,6 +153,16 @@ def test_a_column_of_words_is_not_lost_beside_wide_names():
     assert "no: a long reason" in lines
 
 
+def test_a_time_in_a_folded_head_stays_with_its_unit():
+    rows = [["row " * 15, "0.0734", "0.449", "4.8400"]]
+    heads = table(["", "tool 0.1 s [mm]", "tool 0.5 s [mm]", "tool 2 s [mm]"], rows)[:3]
+    assert [line.split() for line in heads] == [
+        ["tool"] * 3,
+        ["0.1", "s", "0.5", "s", "2", "s"],
+        ["[mm]"] * 3,
+    ]
+
+
 def test_pages_have_the_width_of_the_terminal():
     longest = max(map(len, text(DOCUMENT).splitlines()))
     before = page_width.set(110)

@@ -14,7 +14,7 @@ from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.judge import JOINTS, Gain, Judge
 from exidyn.identification.in_mujoco.replay import what_is_commanded
 from exidyn.identification.in_mujoco.servo_torque import lead, servo_torque
-from exidyn.identification.pages.gap_document import Compared, _answers, _gains
+from exidyn.identification.pages.gap_document import Compared, _answers
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
@@ -199,35 +199,13 @@ def test_a_tool_point_on_the_axis_says_nothing_and_the_farthest_joint_is_compare
     assert compared.far(away) == "3.00 mm"
 
 
-def page_of(attached_gains, servo=None):
-    """What the page needs of a gap whose recordings have a current of 13 and 9.5 N m/A."""
-
-    def answer(gains):
-        robot = SimpleNamespace(drive_gain=np.array(gains), servo=servo)
-        attaches = gains != (13.0, 9.5)
-        return SimpleNamespace(arm=SimpleNamespace(robot=robot), attaches=attaches, distances=before)
-
+@pytest.mark.parametrize(("attaches", "rows"), [(False, 2), (True, 3)])
+def test_an_answer_without_attached_effects_has_no_row(attaches, rows):
     before = distances(0.001, 0.002)
-    return SimpleNamespace(
-        original=before,
-        horizons=(0.1, 0.5)[: len(before.tool)],
-        diagnosis=SimpleNamespace(joints=("one", "two")),
-        file=answer((13.0, 9.5)),
-        attached=answer(attached_gains),
-    )
-
-
-def test_the_page_states_the_drive_gains_that_make_torque_of_currents():
-    stated = ("Drive gains", "one 13, two 9.5 N m/A, as stated in the robot file")
-    assert _gains(page_of((13.0, 9.5))) == [stated]
-    identified = ("Identified gains", "one 12.63, two 8.636 N m/A, with findings attached")
-    assert _gains(page_of((12.63, 8.636))) == [stated, identified]
-    assert _gains(page_of((13.0, 9.5), servo="a law of position servos")) == []
-
-
-@pytest.mark.parametrize(("gains", "rows"), [((13.0, 9.5), 2), ((12.63, 8.636), 3)])
-def test_an_answer_without_attached_effects_has_no_row(gains, rows):
-    assert len(_answers(page_of(gains)).rows) == rows
+    answer = SimpleNamespace(distances=before, attaches=attaches)
+    diagnosis = SimpleNamespace(joints=("one", "two"))
+    gap = SimpleNamespace(original=before, horizons=(0.1,), diagnosis=diagnosis, file=answer, attached=answer)
+    assert len(_answers(gap).rows) == rows
 
 
 @pytest.mark.slow
