@@ -92,7 +92,7 @@ def verdict(result: PayloadEstimate) -> list[str]:
             f"deviations, more than the {result.check.limit:.1f} that noise explains. Look for contact, a "
             "moving payload, cables, or an arm that has changed."
         )
-    return [*sentences, *(f"{warning[:1].upper()}{warning[1:]}." for warning in result.warnings)]
+    return [*sentences, *result.warnings]
 
 
 def _impossible(result: PayloadEstimate) -> str:
@@ -127,9 +127,10 @@ def _values(result: PayloadEstimate) -> Table:
 
 
 def _row(name: str, unit: str, value: Interval, exact: Interval, scale: float) -> list[Cell]:
-    ends = (Number(scale * value.low, 4), Number(scale * value.high, 4))
-    half = Number(scale * exact.half, 2)
-    return [name, Number(scale * value.value, 4), Numbers("{} to {}", ends), half, unit]
+    ends: Cell = "not bounded"
+    if np.isfinite(value.half):
+        ends = Numbers("{} to {}", (Number(scale * value.low, 4), Number(scale * value.high, 4)))
+    return [name, Number(scale * value.value, 4), ends, Number(scale * exact.half, 2), unit]
 
 
 def _check(result: PayloadEstimate) -> list[Paragraph | Table]:

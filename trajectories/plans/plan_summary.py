@@ -69,7 +69,7 @@ def _margins(plan: Plan) -> Iterator[str]:
     """Safety margins to limits that the arm has."""
     for name, value in plan.margins.items():
         if name in SHARES:
-            yield f"{name} {100 * value:g} %"
+            yield f"{name} {100 * value:.3g} %"
         elif LENGTHS.get(name, "") in ("", *plan.units):
             yield f"{name} {value:g} {LENGTHS.get(name, '')}".rstrip()
 

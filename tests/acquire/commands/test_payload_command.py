@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from exidyn.acquire.command_line import main
+from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identification.payload.formats import FORMATS
 from exidyn.trajectories.plans.plan_file import read_plan
 
@@ -58,6 +58,25 @@ def test_a_plan_of_poses(tmp_path, capsys) -> None:
     assert read_plan(path).robot == "cobot"
 
 
+def test_a_motion_too_short_for_the_payload_says_so(tmp_path, capsys) -> None:
+    arguments = ["payload", "--plan", str(tmp_path / "weigh.toml"), "--robot", "cobot", "--up-to", "4"]
+    assert main([*arguments, "--no-collision", "--length", "1", "--search", "0.1"]) == 0
+    assert "would not determine the payload" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--start", "0", "0"], "--start: 2 values; give 1 or 6, one per joint"),
+        (["--up-to", "500"], "payload of up to 500 kg within 0.2 m of the flange"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused_in_a_line(options, words, tmp_path, capsys) -> None:
+    arguments = ["payload", "--plan", str(tmp_path / "weigh.toml"), "--robot", "cobot", "--up-to", "4"]
+    assert main([*arguments, "--no-collision", "--search", "0.1", *options]) == REFUSED
+    assert words in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -69,6 +88,8 @@ def test_a_plan_of_poses(tmp_path, capsys) -> None:
         ),
         (["run.mcap", "--fit", "f.json", "--empty", "e.mcap"], "--fit and --empty cannot be used together"),
         (["run.mcap", "--fit", "f.json", "--robot", "cobot"], "--fit and --robot cannot be used together"),
+        (["run.mcap", "--fit", "f.json", "--up-to", "3"], "--up-to, --poses and --start are for --plan FILE"),
+        (["--plan", "p.toml", "--robot", "cobot", "--for", "ur"], "--com and --for are for a run"),
     ],
 )
 def test_options_that_exclude_each_other(options, words, capsys) -> None:
