@@ -11,6 +11,7 @@ from exidyn.identification.contact.contact import Contact, contact
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.notebook import counted
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.text_table import digits, paragraph, table
 
@@ -43,15 +44,20 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
         output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
     ),
-    """A payload that the fit does not have, or with --payload none, is an external
-force: its weight is what the flange force shows at rest.""",
+    """With --payload none, a payload is an external force: its weight is what the
+flange force shows. A payload that the recording states and the fit does not have
+is refused otherwise.""",
 )
 def contact_command(args: Namespace) -> None:
     """Print the contacts, and write the estimates."""
     require_json(args.json)
     fit = read_fit(args.fit)
     if args.output is not None:
+        if args.output.suffix != ".csv":
+            raise RecordingError(f"--output {args.output}: the name must end in .csv")
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
+    if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
+        raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
     payload = {None: None, "none": ""}.get(args.payload, args.payload)
     [run, *others] = import_source(args.run, fit.model)
     if others:
@@ -67,29 +73,54 @@ def contact_command(args: Namespace) -> None:
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:
-    """Alarms, or the external torques without a threshold."""
-    robot, estimates = fit.model.robot, result.estimates
-    lowest, highest = (of(estimates.torque, axis=0) for of in (np.nanmin, np.nanmax))
-    rows = [[joint, digits(lowest[j], 3), digits(highest[j], 3)] for j, joint in enumerate(robot.joints)]
+    """Alarms, or the external torques without a threshold; then the mean force on the flange."""
+    force = paragraph(_force(fit, result))
     if result.threshold is None:
-        sentence = "No threshold: give runs without contact with --free. External torque [N m]:"
-        return [*paragraph(sentence), *table(["joint", "lowest", "highest"], rows, left=(0,))]
+        return [*_torques(fit, result), "", *force]
     lines = paragraph(_words(result))
     if result.alarms:
-        head = ["from [s]", "to [s]", "joint", "torque [N m]", "over threshold", "force x y z [N]"]
+        head = ["from [s]", "to [s]", "joint", f"torque [{_unit(fit)}]", "times threshold", "force x y z [N]"]
         rows = [_row(fit, alarm) for alarm in result.alarms]
-        lines += ["", *table(head, rows, left=(2, 5))]
-    return lines
+        lines += ["", *table(head, rows, left=(2, 5)), ""]
+        lines += paragraph("torque, force: of the joint and on the flange, at the peak of the contact.")
+    return [*lines, *force]
+
+
+def _force(fit: Fit, result: Contact) -> str:
+    """Mean force on the flange, or why there is none."""
+    if fit.unscaled:
+        return "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
+    mean = " ".join(digits(value, 3) for value in np.nanmean(result.wrench[:, :3], axis=0))
+    return f"Mean force on the flange, x y z in the axes of the base: {mean} N."
+
+
+def _torques(fit: Fit, result: Contact) -> list[str]:
+    """Range of the external torques of each joint, and how to find contacts."""
+    torque = result.estimates.torque
+    lowest, highest = (of(torque, axis=0) for of in (np.nanmin, np.nanmax))
+    joints = fit.model.robot.joints
+    rows = [[joint, digits(lowest[j], 3), digits(highest[j], 3)] for j, joint in enumerate(joints)]
+    sentence = (
+        f"{result.run}: no threshold, so contacts are not counted: state runs without contact with --free. "
+        f"External torque [{_unit(fit)}]:"
+    )
+    return [*paragraph(sentence), *table(["joint", "lowest", "highest"], rows, left=(0,))]
+
+
+def _unit(fit: Fit) -> str:
+    """Unit of the joint torques, of all kinds of joints."""
+    return "A" if fit.unscaled else "/".join(dict.fromkeys(fit.model.robot.units("N m")))
 
 
 def _words(result: Contact) -> str:
+    """Number of contacts, and the threshold with its source."""
     threshold = result.threshold
     assert threshold is not None
-    count = len(result.alarms)
-    contacts = "no contact" if not count else "1 contact" if count == 1 else f"{count} contacts"
+    rate = f"{threshold.alarms_per_hour:g} false {'alarm' if threshold.alarms_per_hour == 1.0 else 'alarms'}"
+    contacts = counted(len(result.alarms), "contact") if result.alarms else "no contact"
     return (
-        f"{result.run}: {contacts}. The threshold for {threshold.alarms_per_hour:g} false alarms an hour is "
-        f"{threshold.level:.1f} standard deviations of the residual at the same speed and load, by "
+        f"{result.run}: {contacts}. The threshold for {rate} an hour is {threshold.level:.1f} standard "
+        "deviations of the residual at the same speed and load, extrapolated from "
         f"{60.0 * threshold.hours:.1f} min without contact."
     )
 

@@ -161,6 +161,8 @@ def _model(args: Namespace, alarm: "ResidualAlarm | None", contact: "LiveContact
             first, second = (", ".join(part.robot.joints) for part in (model, other))
             named = "--robot" if args.robot is not None else next(iter(others))
             raise BadSettings(f"{named} has joints {first}, but {source} has {second}")
+        if model.robot.differs_from(other.robot):
+            raise BadSettings(f"{source} is of {other.robot.name}, an arm with other geometry than --robot")
     return model
 
 

@@ -10,7 +10,7 @@ from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError, NotExcited, RecordingError
 from ..fit.base_parameters import BaseParameters
 from ..fit.fit import Fit
-from ..fit.identification import common_filtering, of_these_joints, pooled_noise, same_robot
+from ..fit.identification import common_filtering, of_these_joints, of_this_arm, pooled_noise, same_robot
 from ..fit.settled_gains import settled
 from ..model import Model
 from ..plausible.gate import doubts
@@ -121,7 +121,7 @@ def _arm(recordings: Sequence[Recording], fit: Fit | None, model: Model | None) 
         return replace(described, robot=replace(described.robot, inertial_tolerance=BARE))
     if model is not None:
         raise RecordingError("the arm is given twice, as a fit and as a description; leave one out")
-    arm = of_these_joints(fit.model, recordings)
+    arm = of_this_arm(fit, recordings)
     if fit.measures != "current":
         return arm
     return replace(arm, robot=replace(arm.robot, drive_gain=settled(fit).gain))

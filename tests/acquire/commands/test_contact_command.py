@@ -28,7 +28,8 @@ def test_an_unstated_payload_is_a_contact(folder, capsys):
     assert main(["contact", "loaded.mcap", "--fit", "fit.json", *FREE, *outputs]) == 0
     printed, notes = capsys.readouterr()
     assert "loaded: " in printed
-    assert "The threshold for 1 false alarms an hour" in " ".join(printed.split())
+    assert "The threshold for 1 false alarm an hour" in " ".join(printed.split())
+    assert "Mean force on the flange" in printed
     assert "written: out.csv" in notes
     result = json.loads((folder / "out.json").read_text())
     assert result["alarms"]
@@ -47,7 +48,7 @@ def test_without_a_threshold_the_torques_are_printed(folder, capsys):
     assert main(["contact", "free0.mcap", "--fit", "fit.json"]) == 0
     printed, notes = capsys.readouterr()
     assert "written" not in notes
-    assert "No threshold: give runs without contact with --free" in printed
+    assert "no threshold, so contacts are not counted: state runs" in printed
     assert "shoulder" in printed
 
 
@@ -56,7 +57,8 @@ def test_without_a_threshold_the_torques_are_printed(folder, capsys):
     [
         (["--payload", "X"], "no payload 'X'. Payloads of the fit: L"),
         (["--free", "empty.mcap"], "empty was used for the fit"),
-        (["-o", "fit.json"], "would overwrite a file that is read"),
+        (["-o", "out.txt"], "--output out.txt: the name must end in .csv"),
+        (["--free", "loaded.mcap"], "loaded.mcap is given with --free too"),
     ],
 )
 def test_bad_input_gets_one_clear_error(folder, arguments, message, capsys):

@@ -66,7 +66,7 @@ def test_a_balanced_body_knows_its_first_moments():
 
 
 def test_a_balanced_body_is_simulated_as_a_point(robot):
-    """Without inertia about the flange it would be no body: its inertia about its center would be negative."""
+    """Without inertia about the flange it is no body: its inertia about its center is negative."""
     center = np.array([0.1, 0.2, -0.3])
     model = Model(robot, (Payload("L", known_parameters(2.0, center)),))
     [inertia] = model.effects[0].bodies(robot, model.nominal_values, "L").values()

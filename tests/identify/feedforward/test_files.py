@@ -238,7 +238,7 @@ def test_bad_values_are_refused():
     fit = small_fit.fit()
     with pytest.raises(FitError, match="no payload 'X'. Payloads of the fit: L"):
         fit.feedforward("X")
-    with pytest.raises(FitError, match="share of friction is 1; it must be at least 0 and below 1"):
+    with pytest.raises(FitError, match="share of friction is 100 %; it must be at least 0 and below 100 %"):
         fit.feedforward(share=1.0)
     with pytest.raises(FitError, match="band of velocity is 0 rad/s; it must be above 0"):
         fit.feedforward(band=0.0)
