@@ -90,7 +90,7 @@ def _force(fit: Fit, result: Contact) -> str:
     """Mean force on the flange, or why there is none."""
     if fit.unscaled:
         return "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
-    mean = " ".join(digits(value, 3) for value in np.nanmean(result.wrench[:, :3], axis=0))
+    mean = " ".join(digits(value, 3) for value in _mean_force(result))
     return f"Mean force on the flange, x y z in the axes of the base: {mean} N."
 
 
@@ -125,6 +125,17 @@ def _words(result: Contact) -> str:
     )
 
 
+def _force_at(fit: Fit, alarm: Alarm) -> np.ndarray:
+    """Force on the flange at the peak of a contact, shape (3,) [N]; NaN without drive gains."""
+    return np.full(3, np.nan) if fit.unscaled else alarm.wrench(fit.model.robot)[:3]
+
+
+def _mean_force(result: Contact) -> np.ndarray:
+    """Mean force on the flange, shape (3,) [N]; NaN without any."""
+    known = result.wrench[np.all(np.isfinite(result.wrench), axis=1), :3]
+    return np.mean(known, axis=0) if len(known) else np.full(3, np.nan)
+
+
 def _row(fit: Fit, alarm: Alarm) -> list[str]:
     return [
         f"{alarm.start:.2f}",
@@ -132,7 +143,7 @@ def _row(fit: Fit, alarm: Alarm) -> list[str]:
         fit.model.robot.joints[alarm.joint],
         digits(alarm.torque[alarm.joint], 3),
         digits(alarm.score, 2),
-        " ".join(digits(value, 3) for value in alarm.wrench(fit.model.robot)[:3]),
+        " ".join(digits(value, 3) for value in _force_at(fit, alarm)),
     ]
 
 
@@ -146,7 +157,7 @@ def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
             "joint": robot.joints[alarm.joint],
             "torque": alarm.torque,
             "over_threshold": alarm.score,
-            "force": alarm.wrench(robot)[:3],
+            "force": _force_at(fit, alarm),
         }
         for alarm in result.alarms
     ]
@@ -158,7 +169,7 @@ def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
         "alarms_per_hour": None if threshold is None else threshold.alarms_per_hour,
         "free_hours": None if threshold is None else threshold.hours,
         "torque_rms": np.sqrt(np.nanmean(result.estimates.torque**2, axis=0)),
-        "force_mean": np.nanmean(result.wrench[:, :3], axis=0),
+        "force_mean": _mean_force(result),
         "alarms": alarms,
         "written": [str(path) for path in written],
     }

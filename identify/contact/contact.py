@@ -99,7 +99,7 @@ def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: fl
     if payload is None and name and name not in fit.model.payloads:
         raise FitError(
             f"{run.name} was recorded with payload {name}, which the fit does not have. Identify the arm "
-            "with it, or choose no payload (--payload none): its weight is then an external force"
+            "with it, or use another run as --free; with --payload none, its weight is an external force"
         )
     observer = Observer(fit, name, bandwidth)
     even = Even.of(run, None)
@@ -119,8 +119,11 @@ def slow_speed(fit: Fit) -> np.ndarray:
 def wrenches(fit: Fit, estimates: Estimates, threshold: Threshold | None) -> np.ndarray:
     """Force and moment on the flange, shape (t, 6) [N, N m]; joints count by their residual without contact.
 
-    Without a threshold all joints count by their noise floor in the fit.
+    Without a threshold all joints count by their noise floor in the fit. Without drive gains, torques are in
+    amperes and forces are NaN.
     """
+    if fit.unscaled:
+        return np.full((len(estimates), 6), np.nan)
     noise = fit.noise_of("torque")
     equal = np.ones(fit.model.robot.dof) if noise is None or not np.all(noise > 0.0) else noise
     scale = np.broadcast_to(equal, estimates.torque.shape)

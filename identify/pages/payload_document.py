@@ -77,6 +77,8 @@ def verdict(result: PayloadEstimate) -> list[str]:
         f"The payload weighs {digits(result.mass.value)} kg (95 %: {low} to {high} kg), with its center of "
         f"mass at ({center}) mm."
     ]
+    if result.mass.low <= 0.0:
+        sentences.append("The mass may be zero, so the center of mass and the inertia are not to be used.")
     if result.distance > FAR:
         sentences.append(_impossible(result))
     if names := result.undetermined:
@@ -153,7 +155,7 @@ def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
             )
         ]
     return [
-        Paragraph("Mean torque of the payload over one second, which was left out of the estimate [N m]."),
+        Paragraph("Mean torque of the payload over at most a second, left out of the estimate [N m]."),
         Table(["joint", "measured", "predicted", "difference", "95 %"], rows),
     ]
 

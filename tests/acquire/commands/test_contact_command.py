@@ -1,6 +1,7 @@
 """exidyn contact: what it prints, writes and refuses."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,6 +43,19 @@ def test_an_unstated_payload_is_a_contact(folder, capsys):
 def test_the_payload_that_the_fit_has_is_none(folder, capsys):
     assert main(["contact", "loaded.mcap", "--fit", "fit.json", "--payload", "L", *FREE, "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out)["alarms"] == []
+
+
+def test_without_drive_gains_there_is_no_force(folder, capsys):
+    """Torques are in amperes; newtons would be untrue."""
+    fit = small_fit.plain_fit()
+    robot = replace(fit.model.robot, drive_gain=np.ones(2))
+    replace(fit, model=replace(fit.model, robot=robot)).save("bare.json")
+    assert main(["contact", "loaded.mcap", "--fit", "bare.json", *FREE, "--json", "out.json"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "torque [A]" in printed
+    assert "No force in newtons: drive gains are unknown" in printed
+    result = json.loads((folder / "out.json").read_text())
+    assert result["force_mean"] == result["alarms"][0]["force"] == [None] * 3
 
 
 def test_without_a_threshold_the_torques_are_printed(folder, capsys):
