@@ -45,7 +45,11 @@ JSON = Option(
 BODY = (
     Option("--mass KG", "mass of the payload", positive),
     Option("--com X Y Z", "its center of mass [m]", any_number),
-    Option("--inertia XX XY XZ YY YZ ZZ", "its inertia about the center of mass [kg m²]", any_number),
+    Option(
+        "--inertia XX XY XZ YY YZ ZZ",
+        "its inertia about the center of mass [kg m²]; without it, a point",
+        any_number,
+    ),
 )
 """Options of the payload on the flange."""
 ALARMS = Option(
@@ -101,6 +105,11 @@ def require_json(path: Path | None) -> None:
     """
     if path is not None and path != SCREEN:
         require_file(path, "--json")
+
+
+def payload_name(text: str) -> str:
+    """Name of a payload; empty for "none"."""
+    return "" if text == "none" else text
 
 
 def joint_values(values: Sequence[float] | None, joints: int, option: str) -> np.ndarray | None:

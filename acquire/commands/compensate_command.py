@@ -16,7 +16,7 @@ from exidyn.identification.robot_files.mjcf_drives import servo_law
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..arguments.command import Command, Option, percent, positive
-from ..arguments.options import JSON, output_option, require_file, require_json
+from ..arguments.options import JSON, output_option, payload_name, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 ENDINGS = (".py", ".hpp")
@@ -34,7 +34,7 @@ ENDINGS = (".py", ".hpp")
         Option("fit FIT", "fit.json of exidyn identify", Path),
         output_option("FILE", meaning=".py or .hpp; default: both, named after the robot"),
         JSON,
-        Option("--payload NAME", "payload of the fit that is on the flange", default=""),
+        Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
         Option("--servos ARM.xml", "MJCF with the arm's position servos; default: those of the fit", Path),
         Option(
             "--band RAD/S",

@@ -22,6 +22,7 @@ from ..arguments.options import (
     FREE,
     JSON,
     output_option,
+    payload_name,
     require_file,
     require_json,
 )
@@ -40,7 +41,9 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
         FREE,
         ALARMS_PER_HOUR,
         BANDWIDTH_OPTION,
-        Option("--payload NAME", "payload on the flange, or none; default: that of the recording"),
+        Option(
+            "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
+        ),
         output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
     ),
@@ -58,12 +61,11 @@ def contact_command(args: Namespace) -> None:
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
-    payload = {None: None, "none": ""}.get(args.payload, args.payload)
     [run, *others] = import_source(args.run, fit.model)
     if others:
         raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    result = contact(fit, run, free, payload, args.alarms_per_hour, args.bandwidth)
+    result = contact(fit, run, free, args.payload, args.alarms_per_hour, args.bandwidth)
     if args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]

@@ -25,6 +25,7 @@ from ..arguments.options import (
     FLEET,
     FREE,
     JSON,
+    payload_name,
     require_json,
     robot_option,
 )
@@ -74,7 +75,7 @@ STEP = 0.05
                 FREE,
                 ALARMS_PER_HOUR,
                 BANDWIDTH_OPTION,
-                Option("--payload NAME", "payload of the fit that is on the flange", default=""),
+                Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
             ),
         ),
         JSON,

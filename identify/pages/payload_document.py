@@ -182,6 +182,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "undetermined": result.undetermined,
         "estimate": result.estimate,
         "covariance": result.covariance,
+        "distance": result.distance,
         "check": {
             "passed": result.check.passed,
             "worst": result.check.worst,

@@ -54,6 +54,12 @@ def test_options_and_json(folder, capsys):
     assert "arm two joints with payload L" in written
 
 
+def test_no_payload_has_a_name_as_in_contact(folder):
+    for name, arguments in {"default.py": [], "none.py": ["--payload", "none"]}.items():
+        assert main(["compensate", "fit.json", *arguments, "-o", name]) == 0
+    assert (folder / "default.py").read_text() == (folder / "none.py").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
