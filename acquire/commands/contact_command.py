@@ -28,6 +28,10 @@ from ..arguments.options import (
 )
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
+SHORT = 0.2
+"""Duration of the runs without contact below which the page asks for longer ones [h]: from a fifth of the
+usual hour between false alarms on, the extrapolation is short."""
+
 
 @Command(
     "Estimate external torques along a recording, and find contacts.",
@@ -119,11 +123,12 @@ def _words(result: Contact) -> str:
     threshold = result.threshold
     assert threshold is not None
     rate = f"{threshold.alarms_per_hour:g} false {'alarm' if threshold.alarms_per_hour == 1.0 else 'alarms'}"
+    longer = " Longer runs without contact lower it." if threshold.hours < SHORT else ""
     contacts = counted(len(result.alarms), "contact") if result.alarms else "no contact"
     return (
         f"{result.run}: {contacts}. The threshold for {rate} an hour is {threshold.level:.1f} standard "
         "deviations of the residual at the same speed and load, extrapolated from "
-        f"{60.0 * threshold.hours:.1f} min without contact."
+        f"{60.0 * threshold.hours:.1f} min without contact.{longer}"
     )
 
 

@@ -30,6 +30,7 @@ def test_an_unstated_payload_is_a_contact(folder, capsys):
     printed, notes = capsys.readouterr()
     assert "loaded: " in printed
     assert "The threshold for 1 false alarm an hour" in " ".join(printed.split())
+    assert "0.7 min without contact. Longer runs without contact lower it." in " ".join(printed.split())
     assert "Mean force on the flange" in printed
     assert "written: out.csv" in notes
     result = json.loads((folder / "out.json").read_text())
