@@ -1,6 +1,8 @@
 """exidyn payload: identify the payload on the flange, or plan the motion for it."""
 
 from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from exidyn.identification.fit.fit import Fit
@@ -16,11 +18,11 @@ from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits, paragraph
-from exidyn.trajectories.kinds.payload_motion import AnyPayload, payload_plan
+from exidyn.trajectories.kinds.payload_motion import HEAVIEST, AnyPayload, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
-from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 from exidyn.trajectories.plans.plan_summary import summary
 
 from ..arguments.command import Command, Group, Option, WrongUse, any_number, positive, table_help
@@ -119,8 +121,9 @@ def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
     """The payload of the runs."""
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if args.robot else None
-    return weigh(
-        _read(args.runs, model, fit),
+    runs = _read(args.runs, model, fit)
+    result = weigh(
+        runs,
         fit=fit,
         empty=_read(args.empty, model, fit),
         model=model,
@@ -129,6 +132,20 @@ def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
         as_recorded=args.as_recorded,
         progress=progress,
     )
+    beyond = _beyond_plan(result.mass.low, [run.trajectory for run in runs if run.trajectory])
+    return replace(result, warnings=(*beyond, *result.warnings))
+
+
+def _beyond_plan(mass: float, trajectories: Sequence[str]) -> list[str]:
+    """A warning if a payload of at least this mass [kg] exceeds what the motions of the runs allow."""
+    details = [parse_plan(text).details for text in trajectories]
+    allowed = [float(detail[HEAVIEST]) for detail in details if HEAVIEST in detail]
+    if not allowed or mass <= min(allowed):
+        return []
+    return [
+        f"The payload is heavier than the {min(allowed):g} kg for which the motion was planned (--up-to): "
+        "torque limits may have been exceeded. Plan the motion again for it."
+    ]
 
 
 def _read(paths: list[Path], model: Model | None, fit: Fit | None) -> list[Recording]:

@@ -34,6 +34,8 @@ from .static_poses import static_poses
 
 TOOL, HEAVY = "tool", "heavy"
 """Names of the payload to identify, and of one that the torque bound has."""
+HEAVIEST = "heaviest"
+"""Detail of a plan: largest mass of a payload that the motion allows [kg]."""
 POSES = 6
 """Number of poses: gravity of a payload has four parameters and each pose shows at least two of them; six
 leave two for a check."""
@@ -156,7 +158,7 @@ def payload_plan(
                 raise Infeasible(f"{payloads}: {error}. Or try a smaller --up-to or --reach") from error
         share = largest_share(motion.trajectory, arm, payloads, wishes)
         if share <= 1.0:
-            details = {**motion.details, "payload": _words(payloads, share)}
+            details = {**motion.details, "payload": _words(payloads, share), HEAVIEST: payloads.mass}
             return replace(motion, criterion="" if poses else "focus on payload", details=details)
         again = f"; searching again with more margin, {number + 2} of {ROUNDS}" if number + 1 < ROUNDS else ""
         progress(f"the motion could need {100 * share:.0f} % of a torque limit with a payload{again}")

@@ -1,13 +1,17 @@
 """exidyn payload: page, JSON, forms of controllers, plan, and options that exclude each other."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.commands.payload_command import _beyond_plan
 from exidyn.identification.payload.formats import FORMATS
-from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.kinds.payload_motion import HEAVIEST
+from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 
+from ...parts.plans.plans import known_plan
 from ...parts.small.two_joint_files import loaded, run, write
 
 CENTER = ["0.1", "0", "0.05"]
@@ -55,7 +59,18 @@ def test_a_plan_of_poses(tmp_path, capsys) -> None:
     ]
     assert main([*arguments, "--no-collision"]) == 0
     assert "any up to 4 kg" in " ".join(capsys.readouterr().out.split())
-    assert read_plan(path).robot == "cobot"
+    plan = read_plan(path)
+    assert (plan.robot, plan.details[HEAVIEST]) == ("cobot", 4.0)
+
+
+def test_a_payload_above_what_the_motion_allows_is_warned_about() -> None:
+    planned, other = (
+        plan_text(replace(known_plan(), details=details)) for details in ({HEAVIEST: 5.0}, {"kind": "sweep"})
+    )
+    assert _beyond_plan(4.9, [planned, other]) == []
+    assert _beyond_plan(9.0, [other]) == []
+    [warning] = _beyond_plan(5.1, [other, planned])
+    assert "heavier than the 5 kg for which the motion was planned" in warning
 
 
 def test_a_motion_too_short_for_the_payload_says_so(tmp_path, capsys) -> None:
