@@ -2,13 +2,16 @@
 
 import errno
 from argparse import ArgumentTypeError
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
+
+import numpy as np
 
 from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.robot_files.description import NAMED
 from exidyn.identification.robot_files.robot_file import builtin_names
+from exidyn.trajectories.errors import BadLimits
 
 from ..terminal.json_output import SCREEN
 from .command import Option, any_number, not_negative, percent, positive
@@ -42,7 +45,11 @@ JSON = Option(
 BODY = (
     Option("--mass KG", "mass of the payload", positive),
     Option("--com X Y Z", "its center of mass [m]", any_number),
-    Option("--inertia XX XY XZ YY YZ ZZ", "its inertia about the center of mass [kg m²]", any_number),
+    Option(
+        "--inertia XX XY XZ YY YZ ZZ",
+        "its inertia about the center of mass [kg m²]; without it, a point",
+        any_number,
+    ),
 )
 """Options of the payload on the flange."""
 ALARMS = Option(
@@ -98,6 +105,24 @@ def require_json(path: Path | None) -> None:
     """
     if path is not None and path != SCREEN:
         require_file(path, "--json")
+
+
+def payload_name(text: str) -> str:
+    """Name of a payload; empty for "none"."""
+    return "" if text == "none" else text
+
+
+def joint_values(values: Sequence[float] | None, joints: int, option: str) -> np.ndarray | None:
+    """One value per joint, shape (n,); a single value applies to all joints.
+
+    Raises:
+        BadLimits: Their number is another; the message names the option.
+    """
+    if values is None:
+        return None
+    if len(values) not in (1, joints):
+        raise BadLimits(f"{option}: {len(values)} values; give 1 or {joints}, one per joint")
+    return np.broadcast_to(np.array(values), (joints,)).copy()
 
 
 def require_file(path: Path, option: str, read: Iterable[Path | str] = ()) -> None:

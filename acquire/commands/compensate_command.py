@@ -16,7 +16,7 @@ from exidyn.identification.robot_files.mjcf_drives import servo_law
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..arguments.command import Command, Option, percent, positive
-from ..arguments.options import JSON, output_option, require_file, require_json
+from ..arguments.options import JSON, output_option, payload_name, require_file, require_json
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 ENDINGS = (".py", ".hpp")
@@ -34,7 +34,7 @@ ENDINGS = (".py", ".hpp")
         Option("fit FIT", "fit.json of exidyn identify", Path),
         output_option("FILE", meaning=".py or .hpp; default: both, named after the robot"),
         JSON,
-        Option("--payload NAME", "payload of the fit that is on the flange", default=""),
+        Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
         Option("--servos ARM.xml", "MJCF with the arm's position servos; default: those of the fit", Path),
         Option(
             "--band RAD/S",
@@ -107,27 +107,27 @@ def _paths(output: Path | None, feedforward: Feedforward) -> list[Path]:
 
 
 def _page(feedforward: Feedforward, results: Summary) -> list[str]:
-    """Table of the joints, and the remarks."""
+    """Table of the joints, its words, and the remarks."""
     robot = feedforward.robot
     torque = feedforward.unit if feedforward.unit == "A" else _units(robot, "N m")
     columns = {
-        "gravity": results.gravity,
-        "friction": results.friction,
-        "compensated": results.compensated,
-        "from": feedforward.band,
+        f"gravity [{torque}]": results.gravity,
+        f"friction [{torque}]": results.friction,
+        f"compensated [{torque}]": results.compensated,
+        f"from [{_units(robot, 'rad/s')}]": feedforward.band,
     }
     words = (
-        f"gravity: largest torque at rest within the position limits [{torque}]. friction: at twice the "
-        f"speed from which it is compensated [{torque}], and how much of it is compensated. from: that speed "
-        f"[{_units(robot, 'rad/s')}]."
+        "gravity: largest torque at rest within the position limits. friction: at twice the speed from which "
+        "it is compensated, and how much of it is compensated. from: that speed."
     )
     if results.offset is not None:
-        columns["sag"] = 1e3 * results.offset
-        words += f" sag: largest position offset of the servos [{_units(robot, 'rad')}/1000]."
+        columns[f"sag [{_units(robot, 'rad')}/1000]"] = 1e3 * results.offset
+        words += " sag: largest position offset of the servos."
     rows = [
         [joint, *(digits(values[j]) for values in columns.values())] for j, joint in enumerate(robot.joints)
     ]
-    lines = [*table(["joint", *columns], rows, left=(0,)), "", *paragraph(words)]
+    lines = [*paragraph(f"Feedforward: {feedforward.title}"), ""]
+    lines += [*table(["joint", *columns], rows, left=(0,)), "", *paragraph(words)]
     for remark in feedforward.remarks:
         lines += paragraph(remark, "    ", "  - ")
     return lines

@@ -11,6 +11,7 @@ from exidyn.identification.contact.contact import Contact, contact
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
+from exidyn.identification.notebook import counted
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.text_table import digits, paragraph, table
 
@@ -21,10 +22,15 @@ from ..arguments.options import (
     FREE,
     JSON,
     output_option,
+    payload_name,
     require_file,
     require_json,
 )
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+
+SHORT = 0.2
+"""Duration of the runs without contact below which the page asks for longer ones [h]: from a fifth of the
+usual hour between false alarms on, the extrapolation is short."""
 
 
 @Command(
@@ -39,25 +45,31 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
         FREE,
         ALARMS_PER_HOUR,
         BANDWIDTH_OPTION,
-        Option("--payload NAME", "payload on the flange, or none; default: that of the recording"),
+        Option(
+            "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
+        ),
         output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
     ),
-    """A payload that the fit does not have, or with --payload none, is an external
-force: its weight is what the flange force shows at rest.""",
+    """With --payload none, a payload is an external force: its weight is what the
+flange force shows. A payload that the recording states and the fit does not have
+is refused otherwise.""",
 )
 def contact_command(args: Namespace) -> None:
     """Print the contacts, and write the estimates."""
     require_json(args.json)
     fit = read_fit(args.fit)
     if args.output is not None:
+        if args.output.suffix != ".csv":
+            raise RecordingError(f"--output {args.output}: the name must end in .csv")
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
-    payload = {None: None, "none": ""}.get(args.payload, args.payload)
+    if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
+        raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
     [run, *others] = import_source(args.run, fit.model)
     if others:
         raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    result = contact(fit, run, free, payload, args.alarms_per_hour, args.bandwidth)
+    result = contact(fit, run, free, args.payload, args.alarms_per_hour, args.bandwidth)
     if args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]
@@ -67,31 +79,68 @@ def contact_command(args: Namespace) -> None:
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:
-    """Alarms, or the external torques without a threshold."""
-    robot, estimates = fit.model.robot, result.estimates
-    lowest, highest = (of(estimates.torque, axis=0) for of in (np.nanmin, np.nanmax))
-    rows = [[joint, digits(lowest[j], 3), digits(highest[j], 3)] for j, joint in enumerate(robot.joints)]
+    """Alarms, or the external torques without a threshold; then the mean force on the flange."""
+    force = paragraph(_force(fit, result))
     if result.threshold is None:
-        sentence = "No threshold: give runs without contact with --free. External torque [N m]:"
-        return [*paragraph(sentence), *table(["joint", "lowest", "highest"], rows, left=(0,))]
+        return [*_torques(fit, result), "", *force]
     lines = paragraph(_words(result))
     if result.alarms:
-        head = ["from [s]", "to [s]", "joint", "torque [N m]", "over threshold", "force x y z [N]"]
+        head = ["from [s]", "to [s]", "joint", f"torque [{_unit(fit)}]", "times threshold", "force x y z [N]"]
         rows = [_row(fit, alarm) for alarm in result.alarms]
-        lines += ["", *table(head, rows, left=(2, 5))]
-    return lines
+        lines += ["", *table(head, rows, left=(2, 5)), ""]
+        lines += paragraph("torque, force: of the joint and on the flange, at the peak of the contact.")
+    return [*lines, *force]
+
+
+def _force(fit: Fit, result: Contact) -> str:
+    """Mean force on the flange, or why there is none."""
+    if fit.unscaled:
+        return "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
+    mean = " ".join(digits(value, 3) for value in _mean_force(result))
+    return f"Mean force on the flange, x y z in the axes of the base: {mean} N."
+
+
+def _torques(fit: Fit, result: Contact) -> list[str]:
+    """Range of the external torques of each joint, and how to find contacts."""
+    torque = result.estimates.torque
+    lowest, highest = (of(torque, axis=0) for of in (np.nanmin, np.nanmax))
+    joints = fit.model.robot.joints
+    rows = [[joint, digits(lowest[j], 3), digits(highest[j], 3)] for j, joint in enumerate(joints)]
+    sentence = (
+        f"{result.run}: no threshold, so contacts are not counted: state runs without contact with --free. "
+        f"External torque [{_unit(fit)}]:"
+    )
+    return [*paragraph(sentence), *table(["joint", "lowest", "highest"], rows, left=(0,))]
+
+
+def _unit(fit: Fit) -> str:
+    """Unit of the joint torques, of all kinds of joints."""
+    return "A" if fit.unscaled else "/".join(dict.fromkeys(fit.model.robot.units("N m")))
 
 
 def _words(result: Contact) -> str:
+    """Number of contacts, and the threshold with its source."""
     threshold = result.threshold
     assert threshold is not None
-    count = len(result.alarms)
-    contacts = "no contact" if not count else "1 contact" if count == 1 else f"{count} contacts"
+    rate = f"{threshold.alarms_per_hour:g} false {'alarm' if threshold.alarms_per_hour == 1.0 else 'alarms'}"
+    longer = " Longer runs without contact lower it." if threshold.hours < SHORT else ""
+    contacts = counted(len(result.alarms), "contact") if result.alarms else "no contact"
     return (
-        f"{result.run}: {contacts}. The threshold for {threshold.alarms_per_hour:g} false alarms an hour is "
-        f"{threshold.level:.1f} standard deviations of the residual at the same speed and load, by "
-        f"{60.0 * threshold.hours:.1f} min without contact."
+        f"{result.run}: {contacts}. The threshold for {rate} an hour is {threshold.level:.1f} standard "
+        "deviations of the residual at the same speed and load, extrapolated from "
+        f"{60.0 * threshold.hours:.1f} min without contact.{longer}"
     )
+
+
+def _force_at(fit: Fit, alarm: Alarm) -> np.ndarray:
+    """Force on the flange at the peak of a contact, shape (3,) [N]; NaN without drive gains."""
+    return np.full(3, np.nan) if fit.unscaled else alarm.wrench(fit.model.robot)[:3]
+
+
+def _mean_force(result: Contact) -> np.ndarray:
+    """Mean force on the flange, shape (3,) [N]; NaN without any."""
+    known = result.wrench[np.all(np.isfinite(result.wrench), axis=1), :3]
+    return np.mean(known, axis=0) if len(known) else np.full(3, np.nan)
 
 
 def _row(fit: Fit, alarm: Alarm) -> list[str]:
@@ -101,7 +150,7 @@ def _row(fit: Fit, alarm: Alarm) -> list[str]:
         fit.model.robot.joints[alarm.joint],
         digits(alarm.torque[alarm.joint], 3),
         digits(alarm.score, 2),
-        " ".join(digits(value, 3) for value in alarm.wrench(fit.model.robot)[:3]),
+        " ".join(digits(value, 3) for value in _force_at(fit, alarm)),
     ]
 
 
@@ -115,7 +164,7 @@ def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
             "joint": robot.joints[alarm.joint],
             "torque": alarm.torque,
             "over_threshold": alarm.score,
-            "force": alarm.wrench(robot)[:3],
+            "force": _force_at(fit, alarm),
         }
         for alarm in result.alarms
     ]
@@ -127,7 +176,7 @@ def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
         "alarms_per_hour": None if threshold is None else threshold.alarms_per_hour,
         "free_hours": None if threshold is None else threshold.hours,
         "torque_rms": np.sqrt(np.nanmean(result.estimates.torque**2, axis=0)),
-        "force_mean": np.nanmean(result.wrench[:, :3], axis=0),
+        "force_mean": _mean_force(result),
         "alarms": alarms,
         "written": [str(path) for path in written],
     }

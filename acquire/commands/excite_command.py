@@ -17,7 +17,6 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
-from exidyn.trajectories.errors import BadLimits
 from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning.goals import two_models, with_bodies
@@ -36,6 +35,7 @@ from ..arguments.options import (
     NO_COLLISION,
     PACKAGES,
     ROBOT_FILES,
+    joint_values,
     output_option,
     require_file,
     require_json,
@@ -274,8 +274,8 @@ def _against(
 def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
-    start = _joint_values(args.start, model, "--start")
-    window = _joint_values(args.window, model, "--window")
+    start = joint_values(args.start, model.robot.dof, "--start")
+    window = joint_values(args.window, model.robot.dof, "--window")
     return Wishes(
         criterion=args.criterion,
         harmonics=args.harmonics,
@@ -318,15 +318,6 @@ def _bodies(args: Namespace) -> list[tuple[tuple[str, float], ...]]:
             "payload; give it once for each --mass, or not at all"
         )
     return [known_parameters(mass, center) for mass, center in zip(args.mass, centers, strict=True)]
-
-
-def _joint_values(values: Sequence[float] | None, model: Model, option: str) -> np.ndarray | None:
-    """One value per joint; a single value applies to all joints."""
-    if values is None:
-        return None
-    if len(values) not in (1, model.robot.dof):
-        raise BadLimits(f"{option}: {len(values)} values; give 1 or {model.robot.dof}, one per joint")
-    return np.broadcast_to(np.array(values), (model.robot.dof,)).copy()
 
 
 def _paths(output: Path, count: int) -> list[Path]:

@@ -1,9 +1,9 @@
 """exidyn payload: identify the payload on the flange, or plan the motion for it."""
 
 from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
@@ -17,11 +17,12 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.trajectories.kinds.payload_motion import AnyPayload, payload_plan
+from exidyn.identification.text_table import digits, paragraph
+from exidyn.trajectories.kinds.payload_motion import HEAVIEST, AnyPayload, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
-from exidyn.trajectories.plans.plan_file import write_plan
+from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 from exidyn.trajectories.plans.plan_summary import summary
 
 from ..arguments.command import Command, Group, Option, WrongUse, any_number, positive, table_help
@@ -32,6 +33,7 @@ from ..arguments.options import (
     NO_COLLISION,
     PACKAGES,
     filters,
+    joint_values,
     require_file,
     require_json,
     robot_option,
@@ -46,6 +48,8 @@ LENGTH = 18.0
 """Default duration of the motion [s]."""
 SEARCH = 30.0
 """Default search time [s]."""
+OPEN = 0.3
+"""Mean relative standard deviation beyond which the payload would count as not determined."""
 PLAN = (
     Option(
         "--plan FILE", "plan the motion for it instead, and write it (.toml); needs --robot or --fit", Path
@@ -99,6 +103,8 @@ def payload_command(args: Namespace) -> None:
     if args.plan:
         _plan(args)
         return
+    if args.up_to or args.poses or args.start:
+        raise WrongUse("--up-to, --poses and --start are for --plan FILE, which plans the motion")
     if not args.runs:
         raise WrongUse("give a run with the payload, or --plan FILE to plan the motion for one")
     if args.fit and args.empty:
@@ -115,8 +121,9 @@ def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
     """The payload of the runs."""
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if args.robot else None
-    return weigh(
-        _read(args.runs, model, fit),
+    runs = _read(args.runs, model, fit)
+    result = weigh(
+        runs,
         fit=fit,
         empty=_read(args.empty, model, fit),
         model=model,
@@ -125,6 +132,20 @@ def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
         as_recorded=args.as_recorded,
         progress=progress,
     )
+    beyond = _beyond_plan(result.mass.low, [run.trajectory for run in runs if run.trajectory])
+    return replace(result, warnings=(*beyond, *result.warnings))
+
+
+def _beyond_plan(mass: float, trajectories: Sequence[str]) -> list[str]:
+    """A warning if a payload of at least this mass [kg] exceeds what the motions of the runs allow."""
+    details = [parse_plan(text).details for text in trajectories]
+    allowed = [float(detail[HEAVIEST]) for detail in details if HEAVIEST in detail]
+    if not allowed or mass <= min(allowed):
+        return []
+    return [
+        f"The payload is heavier than the {min(allowed):g} kg for which the motion was planned (--up-to): "
+        "torque limits may have been exceeded. Plan the motion again for it."
+    ]
 
 
 def _read(paths: list[Path], model: Model | None, fit: Fit | None) -> list[Recording]:
@@ -137,6 +158,8 @@ def _plan(args: Namespace) -> None:
     """Plan the motion, print and write it."""
     if args.runs or args.empty:
         raise WrongUse("--plan cannot be used together with runs: plan the motion first, then record it")
+    if args.com or args.forms:
+        raise WrongUse("--com and --for are for a run, and --plan has none yet: use them after the recording")
     if not args.up_to or not (args.robot or args.fit):
         raise WrongUse("--plan needs --up-to KG, and the arm as --robot or --fit")
     require_file(args.plan, "--plan", [path for path in (args.robot, args.fit) if path])
@@ -147,10 +170,15 @@ def _plan(args: Namespace) -> None:
         torque = nominal_torque(motion, model)
     uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
     write_plan(motion, args.plan)
-    page = [
-        summary(motion, uses, beyond),
-        f"written: {args.plan}; exidyn record {args.plan} plays it with the payload",
-    ]
+    page = [summary(motion, uses, beyond)]
+    if motion.reached > OPEN:
+        page += paragraph(
+            "This motion would not determine the payload: its mean relative deviation is "
+            f"{digits(motion.reached, 2)}, limit {OPEN:g}. Try a larger --length or --search.",
+            "  ",
+            "  ",
+        )
+    page.append(f"written: {args.plan}; exidyn record {args.plan} --robot ROBOT plays it with the payload")
     table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.plan)}]}
     hand_over("\n".join(page), json_text(table), args.json)
 
@@ -161,7 +189,7 @@ def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress)
         args.robot, model.robot, cell=args.region, collision=not args.no_collision, packages=args.packages,
         say=progress,
     )  # fmt: skip
-    start = None if args.start is None else np.broadcast_to(np.array(args.start), (model.robot.dof,)).copy()
+    start = joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)
     return payload_plan(
         model,

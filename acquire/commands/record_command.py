@@ -153,8 +153,14 @@ def record_command(args: Namespace) -> int:
         speed=f"{args.speed:g}",
         note=args.note,
     )
-    outcome = _record(targets, driver, job, path, head, args.json)
+    outcome = _record(targets, driver, job, path, head, _advice(plan), args.json)
     return code_of(outcome)
+
+
+def _advice(plan: Plan) -> str:
+    """The next command and what it does, with a place for the recording."""
+    weighs = "payload" in plan.details  # planned by `exidyn payload`
+    return "payload {} --fit FIT identifies the payload" if weighs else "identify {} finds its dynamics"
 
 
 def _cycle(driver: Driver, ready: CheckedPlan) -> float:
@@ -213,9 +219,10 @@ def _record(
     job: Job,
     path: Path,
     head: Callable[[Info], Callable[[Sample], bytes]],
+    advice: str,
     json_file: Path | None = None,
 ) -> Outcome:
-    """Run, record, and print the outcome."""
+    """Run, record, and print the outcome, with the next command as advice if the run completed."""
 
     def viewers() -> list[PipeSink]:
         return [*start_view(targets), *start_progress(job.motion.duration)]
@@ -223,7 +230,7 @@ def _record(
     outcome, recorder = run_recorded(driver, job, path, head, viewers)
     table = run_summary.table(outcome) | {"written": str(path)}
     hand_over(run_summary.after(outcome), json_text(table), json_file)
-    advice = "identify {} finds its dynamics" if outcome.stop is None else "info {} shows what happened"
+    advice = advice if outcome.stop is None else "info {} shows what happened"
     print_where(recorder, path, advice.format(path))
     alarm(outcome.unsafe)
     return outcome

@@ -25,6 +25,7 @@ from ..arguments.options import (
     FLEET,
     FREE,
     JSON,
+    payload_name,
     require_json,
     robot_option,
 )
@@ -74,7 +75,7 @@ STEP = 0.05
                 FREE,
                 ALARMS_PER_HOUR,
                 BANDWIDTH_OPTION,
-                Option("--payload NAME", "payload of the fit that is on the flange", default=""),
+                Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
             ),
         ),
         JSON,
@@ -161,6 +162,8 @@ def _model(args: Namespace, alarm: "ResidualAlarm | None", contact: "LiveContact
             first, second = (", ".join(part.robot.joints) for part in (model, other))
             named = "--robot" if args.robot is not None else next(iter(others))
             raise BadSettings(f"{named} has joints {first}, but {source} has {second}")
+        if model.robot.differs_from(other.robot):
+            raise BadSettings(f"{source} is of {other.robot.name}, an arm with other geometry than --robot")
     return model
 
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from exidyn.drivers import Sample
 from exidyn.identification.contact.alarms import Alarms
-from exidyn.identification.contact.contact import observed, slow_speed, wrenches
+from exidyn.identification.contact.contact import free_threshold, wrenches
 from exidyn.identification.contact.observer import Estimates, Observer
-from exidyn.identification.contact.threshold import Threshold
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.recordings.recording import Recording
 
@@ -26,17 +25,15 @@ class LiveContact:
         bandwidth: Bandwidth of the observer [Hz].
 
     Raises:
-        RecordingError: The runs without contact are too short.
+        RecordingError: The runs without contact are too short, or were used for the fit.
     """
 
     def __init__(
         self, fit: Fit, free: Sequence[Recording], payload: str, alarms_per_hour: float, bandwidth: float
     ) -> None:
         self.fit, self._observer = fit, Observer(fit, payload, bandwidth)
-        self._alarms: Alarms | None = None
-        if free:
-            runs = [observed(fit, run, None, bandwidth) for run in free]
-            self._alarms = Alarms(Threshold.of(runs, slow_speed(fit), alarms_per_hour))
+        threshold = free_threshold(fit, free, alarms_per_hour, bandwidth)
+        self._alarms = None if threshold is None else Alarms(threshold)
         self._start: int | None = None
 
     def add(self, samples: Sequence[Sample]) -> External:

@@ -144,6 +144,8 @@ def _external_words(external: External | None, units: JointUnits) -> list[str]:
     over = ", ".join(units.joints[joint] for joint in external.over)
     words = [f"{CONTACT}: {over}"] * bool(over)
     words += [f"force on the flange {_several(external.force, 1)} N in the axes of the base"]
+    if np.all(np.isfinite(external.torque)) and np.all(np.isnan(external.contact_from)):
+        words += ["no threshold of contact: state runs without contact with --free"]
     return words + [f"contacts so far: {external.contacts}"] * bool(external.contacts)
 
 

@@ -10,6 +10,8 @@ import pinocchio as pin
 from ..errors import BrokenTree, UnknownJoint, WrongShape
 from .newton_euler import joints_of
 
+CALIBRATED = 0.02
+"""Largest change of a joint's position [m] or axes [rad] by a calibration; different arms differ more."""
 SLIDING = {
     "rad": "m",
     "rad/s": "m/s",
@@ -191,6 +193,15 @@ class Robot:
         if joint not in self.joints:
             raise UnknownJoint(joint, self.name, self.joints)
         return self.joints.index(joint)
+
+    def differs_from(self, other: "Robot") -> bool:
+        """Whether another robot with the same joint names has another name and other geometry.
+
+        Either alone may differ for one arm: robot files are renamed, and geometry is calibrated.
+        """
+        pairs = zip(self.kinematics.jointPlacements, other.kinematics.jointPlacements, strict=True)
+        close = (np.allclose(a.homogeneous, b.homogeneous, rtol=0.0, atol=CALIBRATED) for a, b in pairs)
+        return self.name != other.name and not all(close)
 
     @property
     def to_motors(self) -> np.ndarray:

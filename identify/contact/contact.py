@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..dynamics.standstill import standstill
-from ..errors import RecordingError
+from ..errors import FitError, RecordingError
 from ..fit.fit import Fit
+from ..fit.identification import of_this_arm
 from ..preparation.even import Even
 from ..recordings.recording import Recording
 from .alarms import Alarm, Alarms
@@ -56,20 +57,13 @@ def contact(
         bandwidth: Bandwidth of the observer [Hz].
 
     Raises:
+        DifferentRobot: A run is of another arm than the fit.
+        FitError: The fit does not have the payload.
         RecordingError: The runs without contact are too short, or were used for the fit.
         NotRecorded: The effort that the fit measures was not recorded.
     """
-    used = [other.name for other in free if other.name in fit.runs]
-    if used:
-        raise RecordingError(
-            f"contact: {', '.join(used)} was used for the fit, whose residual there is too small; "
-            "give runs that it has not used"
-        )
     estimates = observed(fit, run, payload, bandwidth)
-    threshold = None
-    if free:
-        others = [observed(fit, other, None, bandwidth) for other in free]
-        threshold = Threshold.of(others, slow_speed(fit), alarms_per_hour)
+    threshold = free_threshold(fit, free, alarms_per_hour, bandwidth)
     alarms: tuple[Alarm, ...] = ()
     if threshold is not None:
         collected = Alarms(threshold)
@@ -79,9 +73,34 @@ def contact(
     return Contact(run.name, estimates, wrench, threshold, alarms)
 
 
+def free_threshold(
+    fit: Fit, free: Sequence[Recording], alarms_per_hour: float, bandwidth: float
+) -> Threshold | None:
+    """Threshold from runs without contact; None without any.
+
+    Raises:
+        RecordingError: They are too short, or were used for the fit.
+    """
+    if not free:
+        return None
+    if used := [run.name for run in free if run.name in fit.runs]:
+        raise RecordingError(
+            f"contact: {', '.join(used)} was used for the fit, whose residual there is too small; "
+            "give runs that it has not used"
+        )
+    runs = [observed(fit, run, None, bandwidth) for run in free]
+    return Threshold.of(runs, slow_speed(fit), alarms_per_hour)
+
+
 def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: float = BANDWIDTH) -> Estimates:
     """External torques along a recording, without delay between position and effort; see `contact`."""
+    of_this_arm(fit, [run])
     name = (run.payload.name if run.payload else "") if payload is None else payload
+    if payload is None and name and name not in fit.model.payloads:
+        raise FitError(
+            f"{run.name} was recorded with payload {name}, which the fit does not have. Identify the arm "
+            "with it, or use another run as --free; with --payload none, its weight is an external force"
+        )
     observer = Observer(fit, name, bandwidth)
     even = Even.of(run, None)
     if even.measures != fit.measures:
@@ -100,8 +119,11 @@ def slow_speed(fit: Fit) -> np.ndarray:
 def wrenches(fit: Fit, estimates: Estimates, threshold: Threshold | None) -> np.ndarray:
     """Force and moment on the flange, shape (t, 6) [N, N m]; joints count by their residual without contact.
 
-    Without a threshold all joints count by their noise floor in the fit.
+    Without a threshold all joints count by their noise floor in the fit. Without drive gains, torques are in
+    amperes and forces are NaN.
     """
+    if fit.unscaled:
+        return np.full((len(estimates), 6), np.nan)
     noise = fit.noise_of("torque")
     equal = np.ones(fit.model.robot.dof) if noise is None or not np.all(noise > 0.0) else noise
     scale = np.broadcast_to(equal, estimates.torque.shape)

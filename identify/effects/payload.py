@@ -11,7 +11,7 @@ from ..arm.motion import Motion
 from ..arm.rigid_regressor import INERTIAL, body_gradient, body_regressor
 from ..arm.robot import Robot
 from ..errors import RobotError, UnknownKey
-from .effect import Effect, MotionGradient, Parameter
+from .effect import Effect, MotionGradient, Parameter, Prior
 from .rigid_body import UNITS, body_inertia, inertial_parameters, is_body, moved
 
 
@@ -52,6 +52,16 @@ class Payload(Effect):
             Parameter(f"{name}{self.name}", UNITS[name], 0.0 if name in ("XX", "YY", "ZZ", "M") else -np.inf)
             for name in self._unknown
         ]
+
+    def priors(self, robot: Robot) -> Mapping[str, Prior]:
+        """Inertia of a point, if mass and center alone are known: with none, no body would be simulated."""
+        known = dict(self.known)
+        if set(known) != set(INERTIAL[6:]):
+            return {}
+        mass, center = known["M"], np.array([known[name] for name in INERTIAL[6:9]]) / known["M"]
+        values = inertial_parameters(pin.Inertia(mass, center, np.zeros((3, 3))))
+        by_name = dict(zip(INERTIAL, values, strict=True))
+        return {f"{name}{self.name}": Prior(float(by_name[name])) for name in self._unknown}
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self._columns(robot, motion, self._unknown)

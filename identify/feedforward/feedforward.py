@@ -46,6 +46,7 @@ class Feedforward:
         share: Share of the friction that is compensated [-].
         remarks: What the fit contains and this does not, and what it assumes, one sentence each.
         source: Names of the runs of the fit.
+        payload: Name of the payload that is included; empty for none.
     """
 
     dynamics: Dynamics
@@ -56,6 +57,7 @@ class Feedforward:
     share: float
     remarks: tuple[str, ...]
     source: tuple[str, ...]
+    payload: str = ""
 
     @classmethod
     def of(
@@ -84,7 +86,10 @@ class Feedforward:
             names = ", ".join(model.payloads) or "none"
             raise FitError(f"{robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
         if not 0.0 <= share < 1.0:
-            raise FitError(f"share of friction is {share:g}; it must be at least 0 and below 1")
+            raise FitError(
+                f"share of friction is {100 * share:g} %; it must be at least 0 and below 100 %, since full "
+                "compensation could drive a joint"
+            )
         values = np.zeros(len(model.names))
         values[fit.base.kept] = fit.estimate.values
         dynamics = writable(Dynamics.of(model, values, payload))
@@ -100,7 +105,14 @@ class Feedforward:
             share,
             tuple(remarks(fit, dynamics)),
             fit.runs,
+            payload,
         )
+
+    @property
+    def title(self) -> str:
+        """The arm, the payload and the runs of the fit, a noun phrase."""
+        carried = f"payload {self.payload}" if self.payload else "no payload"
+        return f"arm {self.robot.name} with {carried}, fit of {', '.join(self.source)}"
 
     @property
     def robot(self) -> Robot:

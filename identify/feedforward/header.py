@@ -19,7 +19,7 @@ def header(feedforward: Feedforward) -> Iterator[str]:
     """Lines of the comment, without the marks of a comment."""
     robot, turning = feedforward.robot, feedforward.unit
     sentences = [
-        f"exidyn {__version__}, arm {robot.name}, fit of {', '.join(feedforward.source)}.",
+        f"exidyn {__version__}, {feedforward.title}.",
         f"Joints in order: {', '.join(robot.joints)}.",
         f"Units: positions {_units(feedforward, 'rad')}, velocities {_units(feedforward, 'rad/s')}, "
         f"torques {turning if turning == 'A' else _units(feedforward, 'N m')}.",

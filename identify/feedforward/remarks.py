@@ -22,7 +22,10 @@ def remarks(fit: Fit, dynamics: Dynamics) -> Iterator[str]:
     if fit.unscaled:
         yield "drive gains are unknown: what is called torque is motor current times the nominal gain of 1"
     elif fit.measures == "current" and not np.any(fit.estimate.gain_estimated):
-        yield "drive gains are nominal, not estimated"
+        yield (
+            "drive gains are nominal, not estimated: torques are as uncertain as these; "
+            "exidyn identify --payload RUN --mass KG estimates them"
+        )
     if dynamics.needs_temperature:
         yield "friction depends on temperature: give the temperature of each joint [degC]"
     if robot.passive:

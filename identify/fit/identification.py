@@ -221,6 +221,23 @@ def of_these_joints(model: Model, runs: Sequence[Recording]) -> Model:
     return model
 
 
+def of_this_arm(fit: Fit, runs: Sequence[Recording]) -> Model:
+    """The model of a fit, after a check that no run is of an arm with another name and other geometry.
+
+    Raises:
+        DifferentRobot: A run is of another arm.
+    """
+    robot = fit.model.robot
+    of_these_joints(fit.model, runs)
+    for run in runs:
+        if robot.differs_from(run.robot):
+            raise DifferentRobot(
+                f"{run.name} was recorded on {run.robot.name}, and the fit is of {robot.name}, an arm with "
+                f"other geometry; use a fit of {run.robot.name} (exidyn identify)"
+            )
+    return fit.model
+
+
 def with_payloads(model: Model, runs: Sequence[Recording]) -> Model:
     """Model extended by each payload that a run carries."""
     carried = {run.payload.name: run.payload for run in runs if run.payload}

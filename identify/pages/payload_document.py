@@ -8,6 +8,7 @@ import numpy as np
 from ..document.document import Cell, Document, Number, Numbers, Paragraph, Row, Section, Statements, Table
 from ..document.text import text
 from ..notebook import counted
+from ..payload.body import MASS
 from ..payload.formats import FORMATS
 from ..payload.intervals import Interval
 from ..payload.payload_estimate import (
@@ -18,12 +19,14 @@ from ..payload.payload_estimate import (
     INERTIA_NAMES,
     PayloadEstimate,
 )
-from ..text_table import digits
+from ..text_table import NORMAL_95, digits, paragraph
 
 FORMAT = 1
 """Version of payload.json."""
 FAR = 3.0
-"""Distance of the consistent body from the estimate that the page mentions [standard deviations]."""
+"""Distance of the consistent body from the estimate beyond which the page doubts it [standard deviations].
+Chi of ten parameters exceeds 4.3 in 5 % of all cases if all constraints are active, and few are."""
+NEXT = f"next: --for {' | '.join(FORMATS)} prints the payload as a controller or simulator takes it"
 MAINLY = 2.0
 """Ratio of the interval to that of an exactly known arm, from which on the arm is the main uncertainty."""
 SOURCES = {
@@ -31,12 +34,17 @@ SOURCES = {
     DIFFERENCE: "a run without the payload",
     DESCRIPTION: "the robot description alone",
 }
+WEIGHED = "a fit with drive gains from a payload that was weighed (exidyn identify --payload RUN --mass KG)"
+EMPTY = "a run of the same motion without the payload, as --empty, or a fit of the arm, as --fit"
 CURES = {
-    FIT: "a fit with drive gains from a payload that was weighed (exidyn identify --payload RUN --mass KG)",
-    DIFFERENCE: "a fit with drive gains from a payload that was weighed, as --fit",
-    DESCRIPTION: "a run of the same motion without the payload, as --empty, or a fit of the arm, as --fit",
+    (FIT, True): WEIGHED,
+    (FIT, False): "a longer run with the payload, or several, which show changes since the fit better",
+    (DIFFERENCE, True): WEIGHED,
+    (DIFFERENCE, False): "a fit of the arm, as --fit",
+    (DESCRIPTION, True): EMPTY,
+    (DESCRIPTION, False): EMPTY,
 }
-"""What would make the interval narrower, by what is known of the arm."""
+"""What would make the interval narrower, by what is known of the arm and whether drive gains are nominal."""
 
 
 def payload_text(result: PayloadEstimate, formats: Sequence[str] = ()) -> str:
@@ -51,8 +59,10 @@ def payload_text(result: PayloadEstimate, formats: Sequence[str] = ()) -> str:
         Section("check", "Check in poses that were not used", _check(result)),
     ]
     page = text(Document(f"Payload of {result.robot}", note, sections))
-    forms = [f"\n{name}: {_title(name)}\n{result.text(name).rstrip()}" for name in formats]
-    return "\n".join([page, *forms])
+    forms = [
+        "\n".join(["", *paragraph(f"{name}: {_title(name)}"), result.text(name).rstrip()]) for name in formats
+    ]
+    return "\n".join([page, *(forms or ["", *paragraph(NEXT)])])
 
 
 def _title(name: str) -> str:
@@ -67,14 +77,13 @@ def verdict(result: PayloadEstimate) -> list[str]:
         f"The payload weighs {digits(result.mass.value)} kg (95 %: {low} to {high} kg), with its center of "
         f"mass at ({center}) mm."
     ]
+    if result.mass.low <= 0.0:
+        sentences.append("The mass may be zero, so the center of mass and the inertia are not to be used.")
+    if result.distance > FAR:
+        sentences.append(_impossible(result))
     if names := result.undetermined:
         sentences.append(f"These runs do not determine {', '.join(names)}; see the intervals.")
     sentences += _by_arm(result)
-    if result.distance > FAR:
-        sentences.append(
-            f"No body has exactly the estimated values: the nearest one is {result.distance:.1f} standard "
-            "deviations away. The model of the arm may lack friction or elasticity."
-        )
     if not result.check.poses:
         sentences.append("The runs are too short for a check in poses that were not used.")
     elif result.check.passed:
@@ -88,6 +97,17 @@ def verdict(result: PayloadEstimate) -> list[str]:
     return [*sentences, *result.warnings]
 
 
+def _impossible(result: PayloadEstimate) -> str:
+    """A sentence on an estimate that no body can have."""
+    mass, half = result.estimate[MASS], NORMAL_95 * np.sqrt(result.covariance[MASS, MASS])
+    return (
+        f"WRONG as a body: the values are those of the nearest body, {result.distance:.1f} standard "
+        f"deviations from the estimate (limit {FAR:g}). The estimate alone has a mass of {digits(mass, 4)} ± "
+        f"{digits(half, 2)} kg. The model of the arm may lack friction or elasticity: run exidyn diagnose on "
+        "a run without the payload."
+    )
+
+
 def _by_arm(result: PayloadEstimate) -> list[str]:
     """A sentence on the share of arm and gains in the interval of the mass, if it is the larger one."""
     exact, half = result.certain.mass.half, result.mass.half
@@ -95,7 +115,7 @@ def _by_arm(result: PayloadEstimate) -> list[str]:
         return []
     return [
         f"Of ± {digits(half, 2)} kg, all but ± {digits(exact, 2)} kg comes from what is uncertain of the "
-        f"arm, its friction and its drive gains. For less: {CURES[result.source]}."
+        f"arm, its friction and its drive gains. For less: {CURES[result.source, result.nominal_gains]}."
     ]
 
 
@@ -105,13 +125,14 @@ def _values(result: PayloadEstimate) -> Table:
     rows += [_row(f"center {name}", "mm", value, exact, 1e3) for name, value, exact in pairs]
     pairs = zip(INERTIA_NAMES, result.inertia, result.certain.inertia, strict=True)
     rows += [_row(name, "kg m²", value, exact, 1.0) for name, value, exact in pairs]
-    return Table(["", "value", "95 % interval", "± if the arm were exact", "unit"], rows, words=(4,))
+    return Table(["", "value", "95 % interval", "± exact arm", "unit"], rows, words=(4,))
 
 
 def _row(name: str, unit: str, value: Interval, exact: Interval, scale: float) -> list[Cell]:
-    ends = (Number(scale * value.low, 4), Number(scale * value.high, 4))
-    half = Number(scale * exact.half, 2)
-    return [name, Number(scale * value.value, 4), Numbers("{} to {}", ends), half, unit]
+    ends: Cell = "not bounded"
+    if np.isfinite(value.half):
+        ends = Numbers("{} to {}", (Number(scale * value.low, 4), Number(scale * value.high, 4)))
+    return [name, Number(scale * value.value, 4), ends, Number(scale * exact.half, 2), unit]
 
 
 def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
@@ -134,7 +155,7 @@ def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
             )
         ]
     return [
-        Paragraph("Mean torque of the payload over one second, which was left out of the estimate [N m]."),
+        Paragraph("Mean torque of the payload over at most a second, left out of the estimate [N m]."),
         Table(["joint", "measured", "predicted", "difference", "95 %"], rows),
     ]
 
@@ -161,6 +182,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "undetermined": result.undetermined,
         "estimate": result.estimate,
         "covariance": result.covariance,
+        "distance": result.distance,
         "check": {
             "passed": result.check.passed,
             "worst": result.check.worst,

@@ -39,6 +39,7 @@ class PayloadEstimate(InNotebook):
         estimate: Ten parameters about the flange before consistency, in `INERTIAL` order, shape (10,).
         covariance: Covariance of the estimate, shape (10, 10).
         source: What is known of the arm: "fit", "difference" or "description".
+        nominal_gains: Whether drive gains are nominal; False if they were estimated, or torque was recorded.
         runs: Names of the runs with the payload.
         empty: Names of the runs without it.
         seconds: Duration of the runs with the payload [s].
@@ -58,6 +59,7 @@ class PayloadEstimate(InNotebook):
     estimate: np.ndarray
     covariance: np.ndarray
     source: str
+    nominal_gains: bool
     runs: tuple[str, ...]
     empty: tuple[str, ...]
     seconds: float

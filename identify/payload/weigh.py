@@ -10,7 +10,7 @@ from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError, NotExcited, RecordingError
 from ..fit.base_parameters import BaseParameters
 from ..fit.fit import Fit
-from ..fit.identification import common_filtering, of_these_joints, pooled_noise, same_robot
+from ..fit.identification import common_filtering, of_these_joints, of_this_arm, pooled_noise, same_robot
 from ..fit.settled_gains import settled
 from ..model import Model
 from ..plausible.gate import doubts
@@ -33,13 +33,10 @@ PASSES = 5
 """Largest number of times that the equations are formed: from the second on, gears carry the payload too."""
 SETTLED = 0.02
 """Relative change of the mass after which they are not formed again: friction under load is a tenth of it."""
-TOO_FAR = 4.0
-"""Distance of the consistent body from the estimate beyond which one of them is wrong [standard deviations]:
-chi of ten parameters exceeds 4.3 in 5 % of all cases if all constraints are active, and few are."""
 TOO_NARROW = (
-    "the fit has no friction under load and does not state the bias that this causes: its 95 % intervals "
-    "held only 86 to 92 % of the values in simulation. A run without the payload (--empty) instead of the "
-    "fit gives wider intervals"
+    "The 95 % intervals are too narrow: the fit has no friction under load and does not state the bias that "
+    "this causes; in simulation, 86 to 92 % of the values were inside. A run without the payload (--empty) "
+    "instead of the fit gives wider intervals."
 )
 """Warning for fits of currents, and for files without `gear_friction_bias`."""
 
@@ -71,7 +68,7 @@ def weigh(
     Raises:
         RecordingError: There is no run, or one is invalid.
         DifferentRobot: The runs, the fit and the description are of different arms.
-        FitError: Drive gains are unknown, or no body is near the estimate.
+        FitError: Drive gains are unknown.
         NotExcited: The motion shows no payload.
     """
     if not runs:
@@ -124,7 +121,7 @@ def _arm(recordings: Sequence[Recording], fit: Fit | None, model: Model | None) 
         return replace(described, robot=replace(described.robot, inertial_tolerance=BARE))
     if model is not None:
         raise RecordingError("the arm is given twice, as a fit and as a description; leave one out")
-    arm = of_these_joints(fit.model, recordings)
+    arm = of_this_arm(fit, recordings)
     if fit.measures != "current":
         return arm
     return replace(arm, robot=replace(arm.robot, drive_gain=settled(fit).gain))
@@ -216,6 +213,7 @@ def _result(
         estimate=estimate,
         covariance=covariance,
         source=FIT if fit else DIFFERENCE if empty else DESCRIPTION,
+        nominal_gains=bool(np.any(std)) and (fit is None or not np.any(fit.estimate.gain_estimated)),
         runs=tuple(run.name for run in runs),
         empty=tuple(run.name for run in empty),
         seconds=float(sum(run.duration for run in runs)),

@@ -118,6 +118,8 @@ def servos(model: Any, joints: Sequence[str]) -> list[int]:
     """Index of the position servo of each joint; empty if some joint has none."""
     chosen, names = [], [joint_name(model, joint) for joint in range(model.njnt)]
     for name in joints:
+        if name not in names:
+            return []
         joint = names.index(name)
         candidates = [actuator for actuator in actuators(model) if _is_servo(model, actuator, joint)]
         chosen += candidates[:1]

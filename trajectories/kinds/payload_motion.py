@@ -34,6 +34,8 @@ from .static_poses import static_poses
 
 TOOL, HEAVY = "tool", "heavy"
 """Names of the payload to identify, and of one that the torque bound has."""
+HEAVIEST = "heaviest"
+"""Detail of a plan: largest mass of a payload that the motion allows [kg]."""
 POSES = 6
 """Number of poses: gravity of a payload has four parameters and each pose shows at least two of them; six
 leave two for a check."""
@@ -73,6 +75,9 @@ class AnyPayload:
                 raise BadLimits(
                     f"largest {name} of the payload: {value:g} {unit}; it must be above 0 and finite"
                 )
+
+    def __str__(self) -> str:
+        return f"payload of up to {self.mass:g} kg within {self.reach:g} m of the flange"
 
     @property
     def heaviest(self) -> tuple[tuple[str, float], ...]:
@@ -145,17 +150,22 @@ def payload_plan(
         if poses:
             motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
         else:
-            motion = _searched(arm, payloads, wishes, starts, seed, seconds / ROUNDS, iterations, progress)
+            try:
+                motion = _searched(
+                    arm, payloads, wishes, starts, seed, seconds / ROUNDS, iterations, progress
+                )
+            except Infeasible as error:
+                raise Infeasible(f"{payloads}: {error}. Or try a smaller --up-to or --reach") from error
         share = largest_share(motion.trajectory, arm, payloads, wishes)
         if share <= 1.0:
-            details = {**motion.details, "payload": _words(payloads, share)}
+            details = {**motion.details, "payload": _words(payloads, share), HEAVIEST: payloads.mass}
             return replace(motion, criterion="" if poses else "focus on payload", details=details)
-        progress(f"a payload could need {100 * share:.0f} % of a torque limit: plan again with more margin")
+        again = f"; searching again with more margin, {number + 2} of {ROUNDS}" if number + 1 < ROUNDS else ""
+        progress(f"the motion could need {100 * share:.0f} % of a torque limit with a payload{again}")
         margins = replace(wishes.margins, torque=1.0 - (1.0 - wishes.margins.torque) / share)
         wishes = replace(wishes, margins=margins)
     raise Infeasible(
-        f"a payload of {payloads.mass:g} kg within {payloads.reach:g} m of the flange could need "
-        f"{100 * share:.0f} % of a torque limit. Try a smaller --up-to or --reach"
+        f"{payloads}: it could need {100 * share:.0f} % of a torque limit. Try a smaller --up-to or --reach"
     )
 
 

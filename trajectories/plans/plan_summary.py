@@ -25,6 +25,8 @@ SHARES = ("velocity", "acceleration", "jerk", "torque")
 """Limits whose safety margin is a share."""
 LENGTHS = {"position": "rad", "slide": "m"}
 """Units of the safety margins of revolute and prismatic joints."""
+DETAIL_UNITS = {"period": " s", "heaviest": " kg"}
+"""Units of the details that are numbers with a unit."""
 
 
 def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
@@ -57,7 +59,7 @@ def plan_facts(plan: Plan) -> dict[str, str]:
     if plan.margins:
         facts["safety margins"] = ", ".join(_margins(plan))
     facts |= {
-        name: (digits(value) if isinstance(value, float) else str(value)) + (" s" if name == "period" else "")
+        name: (digits(value) if isinstance(value, float) else str(value)) + DETAIL_UNITS.get(name, "")
         for name, value in plan.details.items()
     }
     facts["seed"] = str(plan.seed)
@@ -69,7 +71,7 @@ def _margins(plan: Plan) -> Iterator[str]:
     """Safety margins to limits that the arm has."""
     for name, value in plan.margins.items():
         if name in SHARES:
-            yield f"{name} {100 * value:g} %"
+            yield f"{name} {100 * value:.3g} %"
         elif LENGTHS.get(name, "") in ("", *plan.units):
             yield f"{name} {value:g} {LENGTHS.get(name, '')}".rstrip()
 

@@ -135,7 +135,7 @@ def _sentence(
         margin = ""
         if violations[0].kind == "torque" and goal.spread is not None:
             share = 100 * goal.spread.share
-            margin = f" (with a margin for {share:g} % of the possible arms; --from fit.json reduces it)"
+            margin = f" (with a margin for {share:g} % of the possible arms; a fit of the arm reduces it)"
         return (
             f"{violation}{margin}, and smaller motions about the same center do not avoid it. "
             "Try a start pose or position limits that do"

@@ -19,6 +19,7 @@ def folder(tmp_path, monkeypatch):
     """The working folder, with fit.json, servos.xml and half.xml, in which one joint has no servo."""
     small_fit.fit().save(tmp_path / "fit.json")
     (tmp_path / "servos.xml").write_text(MJCF.format(elbow='<position joint="elbow" kp="200"/>'))
+    (tmp_path / "other.xml").write_text(MJCF.format(elbow="").replace('"elbow"', '"wrist"'))
     (tmp_path / "half.xml").write_text(MJCF.format(elbow=""))
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -33,8 +34,9 @@ def test_both_files_are_written_and_the_torques_printed(folder, capsys):
     fit, q = small_fit.fit(), np.array([0.3, -0.8])
     np.testing.assert_allclose(scope["gravity"](q), fit.torque(q, 0 * q, 0 * q)[0], rtol=1e-12)
     assert "namespace exidyn_two_joints" in (folder / "two_joints_feedforward.hpp").read_text()
-    assert [line.split()[0] for line in printed.splitlines()[1:3]] == ["shoulder", "elbow"]
+    assert [line.split()[0] for line in printed.splitlines()[3:5]] == ["shoulder", "elbow"]
     assert "sag" not in printed
+    assert printed.startswith("Feedforward: arm two joints with no payload, fit of ")
 
 
 def test_options_and_json(folder, capsys):
@@ -47,18 +49,30 @@ def test_options_and_json(folder, capsys):
     feedforward = small_fit.fit().feedforward("L", band=0.1, share=0.5)
     friction = feedforward.friction(np.zeros(2), np.full(2, 0.2))
     np.testing.assert_allclose(result["compensated"], 0.5 * friction)
-    assert "def position_offset(q):" in (folder / "arm.py").read_text()
+    written = (folder / "arm.py").read_text()
+    assert "def position_offset(q):" in written
+    assert "arm two joints with payload L" in written
+
+
+def test_no_payload_has_a_name_as_in_contact(folder):
+    for name, arguments in {"default.py": [], "none.py": ["--payload", "none"]}.items():
+        assert main(["compensate", "fit.json", *arguments, "-o", name]) == 0
+    assert (folder / "default.py").read_text() == (folder / "none.py").read_text()
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--payload", "X"], "no payload 'X'. Payloads of the fit: L"),
-        (["--friction", "100"], "share of friction is 1; it must be at least 0 and below 1"),
+        (["--friction", "100"], "share of friction is 100 %; it must be at least 0 and below 100 %"),
         (["-o", "arm.m"], "--output arm.m: the name must end in .py or .hpp"),
         (
             ["--servos", "half.xml"],
             "--servos half.xml: not every joint of the fit has a position servo there",
+        ),
+        (
+            ["--servos", "other.xml"],
+            "--servos other.xml: not every joint of the fit has a position servo there",
         ),
         (["-o", "missing.json"], "the name must end in .py or .hpp"),
     ],

@@ -1,6 +1,7 @@
 """exidyn contact: what it prints, writes and refuses."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,7 +29,9 @@ def test_an_unstated_payload_is_a_contact(folder, capsys):
     assert main(["contact", "loaded.mcap", "--fit", "fit.json", *FREE, *outputs]) == 0
     printed, notes = capsys.readouterr()
     assert "loaded: " in printed
-    assert "The threshold for 1 false alarms an hour" in " ".join(printed.split())
+    assert "The threshold for 1 false alarm an hour" in " ".join(printed.split())
+    assert "0.7 min without contact. Longer runs without contact lower it." in " ".join(printed.split())
+    assert "Mean force on the flange" in printed
     assert "written: out.csv" in notes
     result = json.loads((folder / "out.json").read_text())
     assert result["alarms"]
@@ -43,11 +46,24 @@ def test_the_payload_that_the_fit_has_is_none(folder, capsys):
     assert json.loads(capsys.readouterr().out)["alarms"] == []
 
 
+def test_without_drive_gains_there_is_no_force(folder, capsys):
+    """Torques are in amperes; newtons would be untrue."""
+    fit = small_fit.plain_fit()
+    robot = replace(fit.model.robot, drive_gain=np.ones(2))
+    replace(fit, model=replace(fit.model, robot=robot)).save("bare.json")
+    assert main(["contact", "loaded.mcap", "--fit", "bare.json", *FREE, "--json", "out.json"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "torque [A]" in printed
+    assert "No force in newtons: drive gains are unknown" in printed
+    result = json.loads((folder / "out.json").read_text())
+    assert result["force_mean"] == result["alarms"][0]["force"] == [None] * 3
+
+
 def test_without_a_threshold_the_torques_are_printed(folder, capsys):
     assert main(["contact", "free0.mcap", "--fit", "fit.json"]) == 0
     printed, notes = capsys.readouterr()
     assert "written" not in notes
-    assert "No threshold: give runs without contact with --free" in printed
+    assert "no threshold, so contacts are not counted: state runs" in printed
     assert "shoulder" in printed
 
 
@@ -56,7 +72,8 @@ def test_without_a_threshold_the_torques_are_printed(folder, capsys):
     [
         (["--payload", "X"], "no payload 'X'. Payloads of the fit: L"),
         (["--free", "empty.mcap"], "empty was used for the fit"),
-        (["-o", "fit.json"], "would overwrite a file that is read"),
+        (["-o", "out.txt"], "--output out.txt: the name must end in .csv"),
+        (["--free", "loaded.mcap"], "loaded.mcap is given with --free too"),
     ],
 )
 def test_bad_input_gets_one_clear_error(folder, arguments, message, capsys):

@@ -1,13 +1,17 @@
 """exidyn payload: page, JSON, forms of controllers, plan, and options that exclude each other."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from exidyn.acquire.command_line import main
+from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.commands.payload_command import _beyond_plan
 from exidyn.identification.payload.formats import FORMATS
-from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.kinds.payload_motion import HEAVIEST
+from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 
+from ...parts.plans.plans import known_plan
 from ...parts.small.two_joint_files import loaded, run, write
 
 CENTER = ["0.1", "0", "0.05"]
@@ -55,7 +59,37 @@ def test_a_plan_of_poses(tmp_path, capsys) -> None:
     ]
     assert main([*arguments, "--no-collision"]) == 0
     assert "any up to 4 kg" in " ".join(capsys.readouterr().out.split())
-    assert read_plan(path).robot == "cobot"
+    plan = read_plan(path)
+    assert (plan.robot, plan.details[HEAVIEST]) == ("cobot", 4.0)
+
+
+def test_a_payload_above_what_the_motion_allows_is_warned_about() -> None:
+    planned, other = (
+        plan_text(replace(known_plan(), details=details)) for details in ({HEAVIEST: 5.0}, {"kind": "sweep"})
+    )
+    assert _beyond_plan(4.9, [planned, other]) == []
+    assert _beyond_plan(9.0, [other]) == []
+    [warning] = _beyond_plan(5.1, [other, planned])
+    assert "heavier than the 5 kg for which the motion was planned" in warning
+
+
+def test_a_motion_too_short_for_the_payload_says_so(tmp_path, capsys) -> None:
+    arguments = ["payload", "--plan", str(tmp_path / "weigh.toml"), "--robot", "cobot", "--up-to", "4"]
+    assert main([*arguments, "--no-collision", "--length", "1", "--search", "0.1"]) == 0
+    assert "would not determine the payload" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--start", "0", "0"], "--start: 2 values; give 1 or 6, one per joint"),
+        (["--up-to", "500"], "payload of up to 500 kg within 0.2 m of the flange"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused_in_a_line(options, words, tmp_path, capsys) -> None:
+    arguments = ["payload", "--plan", str(tmp_path / "weigh.toml"), "--robot", "cobot", "--up-to", "4"]
+    assert main([*arguments, "--no-collision", "--search", "0.1", *options]) == REFUSED
+    assert words in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -69,6 +103,8 @@ def test_a_plan_of_poses(tmp_path, capsys) -> None:
         ),
         (["run.mcap", "--fit", "f.json", "--empty", "e.mcap"], "--fit and --empty cannot be used together"),
         (["run.mcap", "--fit", "f.json", "--robot", "cobot"], "--fit and --robot cannot be used together"),
+        (["run.mcap", "--fit", "f.json", "--up-to", "3"], "--up-to, --poses and --start are for --plan FILE"),
+        (["--plan", "p.toml", "--robot", "cobot", "--for", "ur"], "--com and --for are for a run"),
     ],
 )
 def test_options_that_exclude_each_other(options, words, capsys) -> None:

@@ -108,6 +108,14 @@ def test_a_run_prints_where_it_is_and_what_to_do_with_it(arguments, capsys):
     assert read_recording("run.mcap").outcome["stop"] == "none"
 
 
+def test_a_run_of_a_motion_for_a_payload_is_followed_by_payload(arguments, capsys):
+    path = Path(arguments[1])
+    plan = parse_plan(path.read_text())
+    write_plan(replace(plan, details={**plan.details, "payload": "any up to 4 kg"}), path)
+    assert main(arguments) == 0
+    assert "exidyn payload run.mcap --fit FIT identifies the payload" in capsys.readouterr().err
+
+
 def test_how_long_it_takes_and_how_large_it_gets_is_stated_before(arguments, capsys, tmp_path):
     assert main(arguments) == 0
     found = re.search(r"takes: +(\d+) s, a recording of about ([\d.]+) MB", capsys.readouterr().err)

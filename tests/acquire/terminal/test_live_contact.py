@@ -1,6 +1,7 @@
 """External torque live: the same as offline, and its words."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from exidyn.acquire.terminal.live_contact import LiveContact
 from exidyn.acquire.terminal.watch_text import External, json_line, line, table_lines
 from exidyn.drivers import Info, Sample
 from exidyn.identification.contact.contact import contact
+from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.small import small_fit, two_joint_files
 
@@ -53,6 +56,23 @@ def test_live_and_offline_agree_in_pieces_of_any_length():
     np.testing.assert_allclose(last.torque, offline.estimates.torque[-1], atol=1e-6)  # whole ns
 
 
+def test_a_threshold_needs_runs_that_the_fit_has_not_used():
+    with pytest.raises(RecordingError, match="empty was used for the fit"):
+        LiveContact(small_fit.fit(), [two_joint_files.run("empty")], "", 1.0, 5.0)
+
+
+def test_the_arm_of_watch_is_that_of_the_fit(tmp_path, capsys):
+    """Joint names alone would let the fit of one arm judge another with six joints."""
+    fit = small_fit.fit()
+    fit.save(tmp_path / "fit.json")
+    model = two_joint_files.of_another_arm(two_joint_files.run("new")).model
+    other = replace(model, robot=replace(model.robot, name="long arm"))
+    (tmp_path / "robot.toml").write_text(model_text(other))
+    arguments = ["--robot", str(tmp_path / "robot.toml"), "--contact", str(tmp_path / "fit.json")]
+    assert main(["watch", "--driver", "mock", *arguments, "--seconds", "0.1"]) == REFUSED
+    assert "is of two joints, an arm with other geometry than --robot" in capsys.readouterr().err
+
+
 def test_words_of_a_reading():
     numbers = np.array([0.1, 0.2])
     reading = Reading(0, numbers, numbers, numbers, numbers, numbers, ("", ""), 3, np.zeros(2), (), "")
@@ -69,6 +89,9 @@ def test_words_of_a_reading():
     assert content["external_torque"] == [0.5, -7.25]
     assert (content["contact"], content["contacts"], content["force"]) == (["elbow"], 2, [1.0, None, -9.0])
     assert "external_torque" not in json.loads(json_line(reading, units, 1.0))
+    hint = "no threshold of contact: state runs without contact with --free"
+    assert hint not in text
+    assert hint in line(reading, units, info, 1.0, None, external._replace(contact_from=np.full(2, np.nan)))
 
 
 @pytest.mark.clocked(patient=True)

@@ -10,10 +10,13 @@ from scipy import signal
 from exidyn.identification.contact.contact import contact, observed
 from exidyn.identification.contact.observer import AHEAD, Observer
 from exidyn.identification.effects import TemperatureDependentFriction
-from exidyn.identification.errors import FitError, NotRecorded, RecordingError, WrongShape
+from exidyn.identification.errors import DifferentRobot, FitError, NotRecorded, RecordingError, WrongShape
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.payload.weigh import weigh
+from exidyn.identification.recordings.recording import KnownPayload
 
 from ...parts.small import small_fit
+from ...parts.small.two_joint_files import of_another_arm, run
 
 arm = pytest.importorskip("parts.contact.touched_arm")
 
@@ -158,6 +161,27 @@ def test_bad_input_is_refused():
     model = replace(warm.model, effects=(*warm.model.effects, TemperatureDependentFriction()))
     with pytest.raises(NotRecorded, match="friction of the fit depends on temperature, which is not given"):
         Observer(replace(warm, model=model)).step(0.0, np.zeros(3), np.zeros(3))
+
+
+def test_a_run_of_another_arm_is_refused():
+    """Joints have the same names; name and geometry differ. Either alone may differ for one arm."""
+    longer = of_another_arm(run("new", 5, 6))
+    other = replace(longer, model=replace(longer.model, robot=replace(longer.robot, name="long arm")))
+    renamed = replace(longer.robot, name="long arm", kinematics=small_fit.fit().model.robot.kinematics)
+    observed(small_fit.fit(), longer)
+    observed(small_fit.fit(), replace(longer, model=replace(longer.model, robot=renamed)))
+    for judge in (observed, lambda fit, recording: weigh([recording], fit=fit)):
+        with pytest.raises(
+            DifferentRobot, match="new was recorded on long arm, and the fit is of two joints"
+        ):
+            judge(small_fit.fit(), other)
+
+
+def test_a_recorded_payload_that_the_fit_lacks_is_named_with_the_way_out():
+    carrying = run("new", 5, 6, KnownPayload("L"))
+    with pytest.raises(FitError, match="new was recorded with payload L.*--payload none"):
+        observed(small_fit.plain_fit(), carrying)
+    assert np.isfinite(observed(small_fit.plain_fit(), carrying, "").torque).any()
 
 
 def test_currents_are_converted_by_the_gains_of_the_fit():

@@ -6,6 +6,7 @@ from exidyn.identification.arm.rigid_regressor import INERTIAL
 from exidyn.identification.effects import Payload, known_parameters
 from exidyn.identification.effects.rigid_body import inertial_parameters
 from exidyn.identification.errors import RobotError, UnknownKey
+from exidyn.identification.model import Model
 
 from ...parts.runs.robots import body, random_motion, six_axis, sliding
 
@@ -62,6 +63,15 @@ def test_a_weighed_body_knows_its_mass():
 def test_a_balanced_body_knows_its_first_moments():
     known = dict(known_parameters(2.0, com=(0.1, 0.2, -0.3)))
     assert known == pytest.approx({"MX": 0.2, "MY": 0.4, "MZ": -0.6, "M": 2.0})
+
+
+def test_a_balanced_body_is_simulated_as_a_point(robot):
+    """Without inertia about the flange it is no body: its inertia about its center is negative."""
+    center = np.array([0.1, 0.2, -0.3])
+    model = Model(robot, (Payload("L", known_parameters(2.0, center)),))
+    [inertia] = model.effects[0].bodies(robot, model.nominal_values, "L").values()
+    expected = robot.flange.act(pin.Inertia(2.0, center, np.zeros((3, 3))))
+    np.testing.assert_allclose(inertia.toDynamicParameters(), expected.toDynamicParameters(), atol=1e-12)
 
 
 def test_a_drawn_body_knows_all_ten_about_the_flange():

@@ -4,18 +4,20 @@ import subprocess
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+from exidyn.identification.arm.robot import Robot
 from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.dynamics.dynamics import Dynamics
 from exidyn.identification.dynamics.traced import writable
-from exidyn.identification.effects import EFFECTS
+from exidyn.identification.effects import EFFECTS, RigidBody
 from exidyn.identification.errors import FitError, WrongShape
 from exidyn.identification.feedforward.feedforward import Feedforward
 from exidyn.identification.feedforward.remarks import remarks
 from exidyn.identification.model import Model
 
-from ...parts.runs.robots import random_motion, six_axis
+from ...parts.runs.robots import kinematics, random_motion, six_axis
 from ...parts.small import small_fit
 from ...parts.small.hostile_names import NAMES, model, values
 from ...parts.system_needs import COMPILER
@@ -136,6 +138,32 @@ int main() {{
         np.testing.assert_allclose(rows[place::4], result, rtol=CLOSE, atol=CLOSE * np.abs(result).max())
 
 
+def test_both_files_compute_rnea_plus_friction(tmp_path):
+    """Pinocchio and the formula of friction: nothing of exidyn's torque is in the expected values."""
+    robot = Robot("serial", kinematics())
+    arm = Model(robot, (RigidBody(), *(default(key) for key in ("viscous_friction", "coulomb_friction"))))
+    viscous, dry = np.random.default_rng(8).uniform(1.0, 20.0, (2, robot.dof))
+    values = np.concatenate([arm.nominal_values[: 10 * robot.dof], viscous, dry])
+    feedforward = Feedforward(Dynamics.of(arm, values), "N m", None, None, np.full(6, 0.1), 0.7, (), ("run",))
+    q, dq, ddq = np.random.default_rng(9).normal(size=(3, 50, robot.dof))
+    data, reversal = robot.kinematics.createData(), default("coulomb_friction").reversal
+    links = np.array([pin.rnea(robot.kinematics, data, *row) for row in zip(q, dq, ddq, strict=True)])
+    expected = links + viscous * dq + dry * np.tanh(dq / reversal)
+
+    written = module(feedforward.python())
+    torque = [written["inverse_dynamics"](*row) for row in zip(q, dq, ddq, strict=True)]
+    np.testing.assert_allclose(torque, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
+    main = f"""
+constexpr exidyn_serial::Vector q[] = {{{numbers(q)}}}, dq[] = {{{numbers(dq)}}}, ddq[] = {{{numbers(ddq)}}};
+int main() {{
+  for (int k = 0; k < {len(q)}; ++k)
+    for (double value : exidyn_serial::inverse_dynamics(q[k], dq[k], ddq[k])) std::printf("%.17g ", value);
+}}
+"""
+    output = np.array(compiled(feedforward.cpp(), main, tmp_path).split(), float).reshape(q.shape)
+    np.testing.assert_allclose(output, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
+
+
 def test_an_effect_without_a_form_is_named_in_the_files():
     fit = small_fit.fit()
     hysteresis = default("hysteresis")
@@ -210,7 +238,7 @@ def test_bad_values_are_refused():
     fit = small_fit.fit()
     with pytest.raises(FitError, match="no payload 'X'. Payloads of the fit: L"):
         fit.feedforward("X")
-    with pytest.raises(FitError, match="share of friction is 1; it must be at least 0 and below 1"):
+    with pytest.raises(FitError, match="share of friction is 100 %; it must be at least 0 and below 100 %"):
         fit.feedforward(share=1.0)
     with pytest.raises(FitError, match="band of velocity is 0 rad/s; it must be above 0"):
         fit.feedforward(band=0.0)

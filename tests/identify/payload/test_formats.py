@@ -1,6 +1,7 @@
 """Forms of controllers: independent code reads each back as the same mass, center and inertia."""
 
 import re
+from itertools import product
 
 import mujoco
 import numpy as np
@@ -62,31 +63,87 @@ def test_axes_of_the_flange_stay() -> None:
     np.testing.assert_allclose(moments, [0.3, 0.1, 0.25])
 
 
+def from_ur(text: str) -> pin.Inertia:
+    """A body from URScript: xx, yy, zz, xy, xz, yz."""
+    mass, x, y, z, xx, yy, zz, xy, xz, yz = numbers_in(text)
+    return pin.Inertia(mass, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+
+def from_franka(text: str) -> pin.Inertia:
+    """A body from libfranka: the inertia column by column."""
+    mass, *others = numbers_in(text)
+    return pin.Inertia(mass, np.array(others[:3]), np.reshape(others[3:], (3, 3), order="F"))
+
+
+def from_kuka(text: str) -> pin.Inertia:
+    """A body from KRL: mm, and axes turned by A, B, C about the new axes."""
+    mass, x, y, z, a, b, c, *moments = numbers_in(text.splitlines()[0].partition("=")[2])
+    axes = Rotation.from_euler("ZYX", [a, b, c], degrees=True).as_matrix()
+    return pin.Inertia(mass, 1e-3 * np.array([x, y, z]), axes @ np.diag(moments) @ axes.T)
+
+
+def from_abb(text: str) -> pin.Inertia:
+    """A body from RAPID: mm, and axes as a quaternion of unit length."""
+    mass, x, y, z, q1, q2, q3, q4, *moments = numbers_in(text)
+    assert np.hypot.reduce([q1, q2, q3, q4]) == pytest.approx(1.0, abs=1e-8)
+    axes = Rotation.from_quat([q2, q3, q4, q1]).as_matrix()  # SciPy has the scalar last
+    return pin.Inertia(mass, 1e-3 * np.array([x, y, z]), axes @ np.diag(moments) @ axes.T)
+
+
+def from_urdf(text: str) -> pin.Inertia:
+    """A body from URDF, as Pinocchio reads it."""
+    robot = (
+        '<robot name="r"><link name="base"/>'
+        '<joint name="j" type="revolute"><parent link="base"/><child link="payload"/><axis xyz="0 0 1"/>'
+        f'<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>{text}</robot>'
+    )
+    return pin.buildModelFromXML(robot).inertias[1]
+
+
+def from_mjcf(text: str) -> pin.Inertia:
+    """A body from MJCF, as MuJoCo reads it."""
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{text}</worldbody></mujoco>")
+    axes = Rotation.from_quat(np.roll(model.body_iquat[1], -1)).as_matrix()
+    inertia = axes @ np.diag(model.body_inertia[1]) @ axes.T
+    return pin.Inertia(float(model.body_mass[1]), model.body_ipos[1], inertia)
+
+
+READERS = {
+    "ur": from_ur,
+    "franka": from_franka,
+    "kuka": from_kuka,
+    "abb": from_abb,
+    "urdf": from_urdf,
+    "mjcf": from_mjcf,
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
 @pytest.mark.parametrize("body", BODIES)
-def test_universal_robots(body: Body) -> None:
-    mass, x, y, z, xx, yy, zz, xy, xz, yz = numbers_in(FORMATS["ur"](body))
-    inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    assert mass == pytest.approx(body.mass, abs=1e-6)
-    np.testing.assert_allclose([x, y, z], body.center, atol=1e-6)
-    np.testing.assert_allclose(inertia, body.inertia, atol=1e-6)
+def test_every_form_is_read_back_as_the_same_body(name: str, body: Body) -> None:
+    inertia = READERS[name](FORMATS[name](body))
+    assert inertia.mass == pytest.approx(body.mass, abs=1e-6)
+    np.testing.assert_allclose(inertia.lever, body.center, atol=1e-6)
+    np.testing.assert_allclose(inertia.inertia, body.inertia, atol=5e-6)  # moments of six decimals
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_franka(body: Body) -> None:
-    mass, *others = numbers_in(FORMATS["franka"](body))
-    assert mass == pytest.approx(body.mass, abs=1e-6)
-    np.testing.assert_allclose(others[:3], body.center, atol=1e-6)
-    np.testing.assert_allclose(np.reshape(others[3:], (3, 3), order="F"), body.inertia, atol=1e-6)
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_form_of_a_tilted_bar_needs_the_force_of_its_points(name: str) -> None:
+    """Newton's law on eight points, which have all moments of a bar of 0.4 x 0.1 x 0.06 m: no inertia."""
+    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * [0.4, 0.1, 0.06] / np.sqrt(12.0)
+    tilt, center, mass = Rotation.from_euler("xyz", [0.5, -0.8, 1.1]), np.array([0.05, -0.12, 0.2]), 3.0
+    moments = mass / 12.0 * np.array([0.1**2 + 0.06**2, 0.4**2 + 0.06**2, 0.4**2 + 0.1**2])
+    bar = Body(mass, center, tilt.as_matrix() @ np.diag(moments) @ tilt.as_matrix().T)
+    assert np.abs(bar.inertia[np.triu_indices(3, 1)]).min() > 0.002  # no sign and no place can hide
 
+    lift, spin, turn = np.array([[0.3, -9.0, 4.0], [2.0, -1.0, 3.0], [-5.0, 7.0, 6.0]])
+    points = center + tilt.apply(corners)
+    forces = mass / 8.0 * (lift + np.cross(turn, points) + np.cross(spin, np.cross(spin, points)))
+    expected = np.concatenate([forces.sum(axis=0), np.cross(points, forces).sum(axis=0)])
 
-@pytest.mark.parametrize("body", BODIES)
-def test_kuka(body: Body) -> None:
-    line = FORMATS["kuka"](body).splitlines()[0]
-    mass, x, y, z, a, b, c, jx, jy, jz = numbers_in(line.partition("=")[2])
-    axes = Rotation.from_euler("ZYX", [a, b, c], degrees=True).as_matrix()  # intrinsic: about new axes
-    assert mass == pytest.approx(body.mass, abs=1e-6)
-    np.testing.assert_allclose([x, y, z], 1e3 * body.center, atol=1e-3)
-    np.testing.assert_allclose(axes @ np.diag([jx, jy, jz]) @ axes.T, body.inertia, atol=5e-6)
+    inertia, motion = READERS[name](FORMATS[name](bar)), pin.Motion(np.zeros(3), spin)
+    force = inertia * pin.Motion(lift, turn) + motion.cross(inertia * motion)
+    np.testing.assert_allclose(force.vector, expected, atol=1e-4)  # six decimals, at up to 9 m/s^2
 
 
 @pytest.mark.parametrize("degrees", [(30.0, 90.0, 0.0), (10.0, -90.0, 0.0), (-170.0, 20.0, 100.0)])
@@ -94,40 +151,6 @@ def test_angles_rebuild_the_rotation_even_where_two_axes_coincide(degrees: tuple
     rotation = Rotation.from_euler("ZYX", degrees, degrees=True).as_matrix()
     again = Rotation.from_euler("ZYX", angles_of(rotation), degrees=True).as_matrix()
     np.testing.assert_allclose(again, rotation, atol=1e-9)
-
-
-@pytest.mark.parametrize("body", BODIES)
-def test_abb(body: Body) -> None:
-    mass, x, y, z, q1, q2, q3, q4, ix, iy, iz = numbers_in(FORMATS["abb"](body))
-    axes = Rotation.from_quat([q2, q3, q4, q1]).as_matrix()  # SciPy has the scalar last
-    assert mass == pytest.approx(body.mass, abs=1e-6)
-    assert np.hypot.reduce([q1, q2, q3, q4]) == pytest.approx(1.0, abs=1e-8)
-    np.testing.assert_allclose([x, y, z], 1e3 * body.center, atol=1e-3)
-    np.testing.assert_allclose(axes @ np.diag([ix, iy, iz]) @ axes.T, body.inertia, atol=5e-6)
-
-
-@pytest.mark.parametrize("body", BODIES)
-def test_pinocchio_reads_the_urdf(body: Body) -> None:
-    text = (
-        '<robot name="r"><link name="base"/>'
-        '<joint name="j" type="revolute"><parent link="base"/><child link="payload"/><axis xyz="0 0 1"/>'
-        '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
-        f"{FORMATS['urdf'](body)}</robot>"
-    )
-    inertia = pin.buildModelFromXML(text).inertias[1]
-    assert inertia.mass == pytest.approx(body.mass, abs=1e-6)
-    np.testing.assert_allclose(inertia.lever, body.center, atol=1e-6)
-    np.testing.assert_allclose(inertia.inertia, body.inertia, atol=1e-8)
-
-
-@pytest.mark.parametrize("body", BODIES)
-def test_mujoco_reads_the_mjcf(body: Body) -> None:
-    text = f"<mujoco><worldbody>{FORMATS['mjcf'](body)}</worldbody></mujoco>"
-    model = mujoco.MjModel.from_xml_string(text)
-    axes = Rotation.from_quat(np.roll(model.body_iquat[1], -1)).as_matrix()
-    assert model.body_mass[1] == pytest.approx(body.mass, abs=1e-6)
-    np.testing.assert_allclose(model.body_ipos[1], body.center, atol=1e-6)
-    np.testing.assert_allclose(axes @ np.diag(model.body_inertia[1]) @ axes.T, body.inertia, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -1,5 +1,6 @@
 """From runs to the payload: with a fit of the arm, with a run without it, with the description alone."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,11 @@ from exidyn.identification.errors import FitError, RecordingError
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.pages.payload_document import payload_table, payload_text
-from exidyn.identification.payload.body import Body
+from exidyn.identification.payload.body import MASS, Body
+from exidyn.identification.payload.intervals import Interval
 from exidyn.identification.payload.payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from exidyn.identification.payload.weigh import weigh
+from exidyn.identification.text_table import digits
 
 from .arms import TOOL, arm, run
 
@@ -79,6 +82,7 @@ def test_an_arm_without_payload_carries_nothing() -> None:
     assert result.mass.low == 0.0
     assert result.mass.high < 0.1
     assert "mass" in result.undetermined
+    assert "The mass may be zero, so the center" in " ".join(payload_text(result).split())
 
 
 @pytest.mark.parametrize("name", ["by_fit", "by_difference"])
@@ -101,6 +105,41 @@ def test_page_and_table_have_the_values(by_fit) -> None:
     assert "LOAD_DATA[1]" in page
     assert table["mass"]["low"] < table["mass"]["value"] < table["mass"]["high"]
     assert set(table["forms"]) == {"ur", "franka", "kuka", "abb", "urdf", "mjcf"}
+
+
+def test_an_estimate_that_no_body_has_is_wrong_and_its_mass_is_stated(by_fit) -> None:
+    """Beside the nearest body, whose mass differs, the page has that of the estimate."""
+    far = replace(
+        by_fit, distance=106.6, intervals=by_fit.intervals._replace(mass=Interval(4.0, 2.9, 4.0, "kg"))
+    )
+    page = " ".join(payload_text(far).split())
+    assert "WRONG as a body" in page
+    assert "106.6 standard deviations" in page
+    assert f"The estimate alone has a mass of {digits(by_fit.estimate[MASS], 4)} ±" in page
+    assert "WRONG as a body" not in payload_text(by_fit)
+
+
+def test_a_fit_of_weighed_gains_is_not_advised_to_weigh_them(by_fit, by_difference) -> None:
+    """Gains of the fit are estimated or nominal, and only nominal gains are cured by a weighed payload."""
+    certain = by_fit.certain._replace(mass=Interval(3.0, 2.9999, 3.0001, "kg"))
+    estimated, nominal = (
+        " ".join(payload_text(replace(by_fit, certain=certain, nominal_gains=choice)).split())
+        for choice in (False, True)
+    )
+    assert "For less: a longer run with the payload" in estimated
+    assert "For less: a fit with drive gains from a payload that was weighed" in nominal
+    assert by_difference.nominal_gains
+
+
+def test_the_next_step_is_stated_until_it_is_taken(by_fit) -> None:
+    assert "next: --for ur | franka" in payload_text(by_fit)
+    assert "next:" not in payload_text(by_fit, ["ur"])
+
+
+def test_a_value_without_bounds_says_so(by_fit) -> None:
+    unbounded = (Interval(0.1, -np.inf, np.inf, "m"), *by_fit.center[1:])
+    page = payload_text(replace(by_fit, intervals=by_fit.intervals._replace(center=unbounded)))
+    assert re.search(r"center x +100\.0 +not bounded", page)
 
 
 def test_a_known_center_leaves_the_mass() -> None:
