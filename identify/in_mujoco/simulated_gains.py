@@ -21,6 +21,8 @@ from .windows import errors, windows
 FACTORS = 2.0 ** np.arange(-8.0, 4.0)
 """Factors on the file's stiffness with which simulations are tried: files state gains that are wrong by a
 hundred, of which a hobby servo is softer."""
+SHARES = (0.0, 0.5)
+"""Dry friction over the usual torque of a servo, with which simulations are tried besides the file's."""
 LEAST = np.array([1e-3, 1e-2, 1e-2])
 """Armature, damping and dry friction from which a search starts if the file has less: the logarithm of zero
 does not exist."""
@@ -28,8 +30,9 @@ TEN = float(np.log(10.0))
 """Prior deviation of the logarithm of a number of the file."""
 CYCLE = 0.01
 """Prior deviation of the delay [s]: half a period of a usual log."""
-RIDGE = 0.01
-"""Share of the squared error of the start that a change by its prior deviation costs."""
+RIDGE = 1e-4
+"""Share of the squared error of the start that a change by its prior deviation costs: numbers that the
+simulation does not show stay as they are."""
 EVALUATIONS = 15
 """Maximum number of steps of the search."""
 DIFFERENCE = 0.02
@@ -97,12 +100,21 @@ class _Search:
         return self._with(best.x, std)
 
     def _start(self) -> np.ndarray:
-        """Logarithms of the numbers, with the common factor of the gains that simulates best, and no delay."""
-        count = int(self.unknown.sum())
-        starts = [
-            np.concatenate([np.full(count, np.log(factor)), self.start.ravel(), [0.0]]) for factor in FACTORS
-        ]
+        """Logarithms of the numbers that simulate best without a search, and no delay."""
+        count, starts = int(self.unknown.sum()), []
+        for factor in FACTORS:
+            torque = factor * self.law.stiffness * self._usual_error()
+            for share in SHARES:
+                armature, damping, dry = self.start
+                dry = np.maximum(dry, np.log(np.maximum(share * torque, LEAST[2])))
+                numbers = np.concatenate([armature, damping, dry])
+                starts.append(np.concatenate([np.full(count, np.log(factor)), numbers, [0.0]]))
         return min(starts, key=lambda start: float(np.linalg.norm(self._residual(start))))
+
+    def _usual_error(self) -> np.ndarray:
+        """Rms of command minus position, shape (n,) [rad]."""
+        errors = [run.command - run.position for run in self.trial.runs if run.command is not None]
+        return np.asarray(np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)))
 
     def _split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Factors on the gains (n,), armature, damping and dry friction (3, n), and the delay [s]."""

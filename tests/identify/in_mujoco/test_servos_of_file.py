@@ -12,8 +12,9 @@ from exidyn.identification.fit.servo_runs import ServoRun
 from exidyn.identification.in_mujoco.gap import gap
 from exidyn.identification.in_mujoco.judge import Judge
 from exidyn.identification.in_mujoco.replay import Run
-from exidyn.identification.in_mujoco.servo_changes import changed_law, servo_changes
+from exidyn.identification.in_mujoco.servo_changes import changed_law, determined, servo_changes
 from exidyn.identification.in_mujoco.servo_stage import servo_stage
+from exidyn.identification.in_mujoco.simulated_gains import with_simulated_gains
 from exidyn.identification.in_mujoco.trial import Source, Trial
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.robot_files.mjcf_drives import servo_law
@@ -107,3 +108,36 @@ def test_a_file_that_is_right_stays_as_it_is():
     result = gap(SOURCE, described(), runs_of(ARM))
     assert not result.changed
     assert result.file.text == result.attached.text == SOURCE.text
+
+
+STICKING = {
+    'kp="800" kv="40"': 'kp="100" kv="2"',
+    'kp="400" kv="20"': 'kp="50" kv="1"',
+    'damping="1"': 'damping="1" frictionloss="30"',
+    'damping="0.5"': 'damping="0.5" frictionloss="12"',
+}
+"""What differs in an arm whose dry friction exceeds the torque of its bodies."""
+
+
+@pytest.mark.slow
+def test_gains_that_dry_friction_hides_come_from_simulations():
+    text = ARM
+    for old, new in STICKING.items():
+        text = text.replace(old, new)
+    raw = log(text, 0, "one")
+    run = ServoRun.of(commands_alone(raw), np.ones(2)).with_model_torque(described(), rotor_inertia=True)
+    fit = identify_servos([run])
+    assert not np.any(determined(fit))
+    training = Trial(SOURCE, described(), [Run.of(raw, Filtering())], "position")
+    simulated = with_simulated_gains(fit, training, file_law())
+    assert np.all(determined(simulated))
+    np.testing.assert_allclose(simulated.law.stiffness, (100.0, 50.0), rtol=0.05)
+    changes = servo_changes(simulated, file_law())
+    assert {change.quantity for change in changes} == {"kp", "kv"}
+    assert all(abs(c.new - (100.0, 50.0)[c.joint]) < c.half for c in changes if c.quantity == "kp")
+
+
+def test_gains_that_a_regression_determines_need_no_simulation():
+    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
+    trial = Trial(SOURCE, described(), [], "position")
+    assert with_simulated_gains(fit, trial, file_law()) is fit
