@@ -171,9 +171,29 @@ class Simulator:
         model.actuator_biasprm[servo, 1] = -stiffness / square
         model.actuator_biasprm[servo, 2] = -damping / square
 
+    def set_limits(self, limit: np.ndarray) -> None:
+        """Set the largest torque of the servos at the joints, shape (n,) [N m]; infinite for none."""
+        model, servo = self.model, self._servos
+        force = limit / np.abs(model.actuator_gear[servo, 0])
+        limited = np.isfinite(force)
+        model.actuator_forcelimited[servo] = limited
+        model.actuator_forcerange[servo] = np.where(limited, force, 0.0)[:, None] * [-1.0, 1.0]
+
     def renew(self) -> None:
         """Compute what MuJoCo derives from the numbers of its model, after they have been changed."""
         self._mujoco.mj_setConst(self.model, self._data)
+
+    def torque(self, run: Run) -> np.ndarray:
+        """Torque that the recorded motion of a run takes, friction included, shape (t, n) [N m]."""
+        mujoco, model, data = self._mujoco, self.model, self._data
+        acceleration, torque = np.gradient(run.velocity, run.time, axis=0), np.empty_like(run.position)
+        self._begin(run, 0, 1)
+        for row, state in enumerate(zip(run.position, run.velocity, acceleration, strict=True)):
+            data.qpos[self._qpos], data.qvel[self._dofs], data.qacc[self._dofs] = state
+            mujoco.mj_inverse(model, data)
+            torque[row] = data.qfrc_inverse[self._dofs]
+        data.qacc[:] = 0.0
+        return torque
 
     def roll(self, run: Run, first: int, last: int) -> np.ndarray:
         """Simulated positions at samples first + 1 to last of a run, shape (k, n) [rad].

@@ -65,7 +65,9 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
         damping=np.hypot(scale * fit.std.damping, of_damping),
     )  # fmt: skip
     pairs = zip(helped.tolist(), doubtful(fit).tolist(), strict=True)
-    allowed = [(DELAY, *(KP, KV) * by_others, *(KV,) * by_masses) for by_others, by_masses in pairs]
+    # A limit has no need of gains: the motion at the limit shows it.
+    always = (DELAY,) if fit.measured else (DELAY, LIMIT)
+    allowed = [(*always, *(KP, KV) * by_others, *(KV,) * by_masses) for by_others, by_masses in pairs]
     return tuple(_changes(law, std, file, known, allowed, fit.measured))
 
 

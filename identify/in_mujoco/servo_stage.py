@@ -23,6 +23,7 @@ from .refine import Refinement
 from .replay import POSITION, Run
 from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, servo_changes
 from .simulated_gains import with_simulated_gains
+from .simulated_limits import with_simulated_limits
 from .trial import Source, Trial
 from .unloaded import simulated_runs
 
@@ -87,7 +88,8 @@ def servo_stage(
     fitted, held_out = (simulated_runs(raw, filtering, judging) for judging in (False, True))
     fit = _identified(used, model, file)
     if model.robot.servo is None:
-        fit = with_simulated_gains(fit, Trial(source, model, fitted, POSITION), file)
+        training = Trial(source, model, fitted, POSITION)
+        fit = with_simulated_gains(with_simulated_limits(fit, training, file), training, file)
     changes, judged = servo_changes(fit, file), source
     try:
         if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm

@@ -16,7 +16,7 @@ from ..robot_files.mjcf import compile_mjcf
 from .refine import FIELDS, dofs_of, joint_numbers
 from .servo_changes import determined, doubtful
 from .trial import Trial
-from .windows import errors, windows
+from .windows import clipped_errors, windows
 
 FACTORS = 2.0 ** np.arange(-8.0, 4.0)
 """Factors on the file's stiffness with which simulations are tried: files state gains that are wrong by a
@@ -37,8 +37,6 @@ EVALUATIONS = 15
 """Maximum number of steps of the search."""
 DIFFERENCE = 0.02
 """Step of a finite difference in logarithms, and in delays of `CYCLE`: simulations go in steps."""
-DIVERGED = 10.0
-"""Largest error that counts, relative to the motion of a joint."""
 
 
 def with_simulated_gains(fit: ServoFit, training: Trial, file: ServoLaw) -> ServoFit:
@@ -69,6 +67,7 @@ class _Search:
         source, joints = self.trial.source, self.trial.model.robot.joints
         self.simulator = self.trial.simulator(source.text)
         self.dofs = dofs_of(self.simulator.model, joints)
+        self.simulator.set_limits(np.minimum(self.file.limit, self.fit.law.limit))
         self.windows = windows(self.trial.runs)
         numbers = joint_numbers(compile_mjcf(source.text.decode(), source.folder), joints)
         self.start = np.log(np.maximum(numbers, LEAST[:, None]))
@@ -131,8 +130,7 @@ class _Search:
         for name, row in zip(FIELDS.values(), numbers, strict=True):
             getattr(self.simulator.model, name)[self.dofs] = row
         self.simulator.renew()
-        residual = errors(self.windows, self.simulator.roll_all(self.windows))
-        return np.clip(np.nan_to_num(residual, posinf=DIVERGED, neginf=-DIVERGED), -DIVERGED, DIVERGED)
+        return clipped_errors(self.windows, self.simulator.roll_all(self.windows))
 
     def _with(self, values: np.ndarray, std: np.ndarray) -> ServoFit:
         factors, _, delay = self._split(values)

@@ -13,6 +13,9 @@ STARTS = 16
 STRIDE = 10
 """Spacing of the compared samples."""
 
+DIVERGED = 10.0
+"""Largest error that counts, relative to the motion of a joint."""
+
 Window = tuple[Run, int, int]
 """A run, and the first and last sample of a simulation."""
 
@@ -41,3 +44,9 @@ def errors(simulations: Sequence[Window], positions: Sequence[np.ndarray]) -> np
         moved = np.maximum(np.std(run.position, axis=0), np.finfo(float).tiny)
         parts.append((simulated[STRIDE - 1 :: STRIDE] - run.position[rows]) / moved)
     return np.concatenate(parts).ravel()
+
+
+def clipped_errors(simulations: Sequence[Window], positions: Sequence[np.ndarray]) -> np.ndarray:
+    """The same, finite and no larger than `DIVERGED` where a simulation diverges."""
+    residual = errors(simulations, positions)
+    return np.clip(np.nan_to_num(residual, posinf=DIVERGED, neginf=-DIVERGED), -DIVERGED, DIVERGED)

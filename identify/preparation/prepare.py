@@ -9,6 +9,7 @@ from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
+from ..recordings.servo_error import is_servo_error
 from . import cutoffs
 from .clipped import filled, is_clipped
 from .even import Even, torque_off
@@ -90,6 +91,8 @@ class Prepared:
         link_position: Positions behind the gears, unfiltered, without the twist of gears in the model, shape
             (t, n) [rad]; NaN if a joint has no second encoder, None if no link positions were recorded.
         off: Time in which each joint moved with its drive off, which has no weight, shape (n,) [s].
+        computed: Whether the torque is computed from commands and these positions, by a servo whose delay is
+            known.
     """
 
     name: str
@@ -108,6 +111,7 @@ class Prepared:
     known: tuple[tuple[str, float], ...] = ()
     link_position: np.ndarray | None = None
     off: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    computed: bool = False
 
     @property
     def decimated_current(self) -> np.ndarray:
@@ -191,7 +195,9 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     # friction.
     still = np.all(np.abs(motion.velocity) < 1e-3 * usual_speed, axis=1)
     noise, source = noise_at_rest(current, still, decimation), REST
-    if not np.all(np.isfinite(noise)):
+    computed = even.measures == "torque" and is_servo_error(recording.settings)
+    # A torque computed from the steps of an encoder is constant while the arm stands still.
+    if computed or not np.all(np.isfinite(noise)):
         noise, source = noise_above(current, decimation), ABOVE
     if smoothed(measured, even.rate):
         source = SMOOTHED_REST if source == REST else SMOOTHED
@@ -215,6 +221,7 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         known=recording.payload.known if recording.payload else (),
         link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
+        computed=computed,
     )
 
 

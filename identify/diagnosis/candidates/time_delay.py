@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
 from ...effects import Shape
+from ...errors import NotRecorded
 from ...measurements import TimeDelay
 from ...model import Model
 from ..findings.arm import Arm
@@ -54,6 +55,16 @@ def delays(model: Model) -> Iterator[Candidate]:
         yield from _short_and_long((joint,), RARE, between)
 
 
+def _require_measured(run: Driven) -> None:
+    """Check that the torque was measured: a computed one has the positions' clock, and their noise.
+
+    Raises:
+        NotRecorded: The torque is computed from the positions.
+    """
+    if run.prepared.computed:
+        raise NotRecorded("the torque is computed from the positions, whose clock it shares")
+
+
 def _short_and_long(
     joints: tuple[int, ...], prior: float, between: Callable[[Driven], PPoly]
 ) -> Iterator[Candidate]:
@@ -66,6 +77,7 @@ def _short(joints: tuple[int, ...], prior: float) -> Candidate:
     """A short delay, whose effect is proportional to the torque rate."""
 
     def columns(run: Driven) -> np.ndarray:
+        _require_measured(run)
         return _of_drives(joints, -torque_rate(run))
 
     return Candidate(
@@ -83,6 +95,7 @@ def _long(
     """
 
     def columns(run: Driven) -> np.ndarray:
+        _require_measured(run)
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
         drives, change = list(joints) or slice(None), np.zeros_like(recorded)
         spline = between(run)

@@ -15,6 +15,7 @@ from exidyn.identification.in_mujoco.replay import Run
 from exidyn.identification.in_mujoco.servo_changes import changed_law, determined, servo_changes
 from exidyn.identification.in_mujoco.servo_stage import servo_stage
 from exidyn.identification.in_mujoco.simulated_gains import with_simulated_gains
+from exidyn.identification.in_mujoco.simulated_limits import with_simulated_limits
 from exidyn.identification.in_mujoco.trial import Source, Trial
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.robot_files.mjcf_drives import servo_law
@@ -141,3 +142,24 @@ def test_gains_that_a_regression_determines_need_no_simulation():
     fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
     trial = Trial(SOURCE, described(), [], "position")
     assert with_simulated_gains(fit, trial, file_law()) is fit
+
+
+@pytest.mark.parametrize(("limit", "reached"), [(18.0, True), (25.0, False)])
+def test_a_limit_without_measured_torque_comes_from_simulations(limit, reached):
+    text = ARM.replace('kv="40"', f'kv="40" forcerange="-{limit} {limit}"')
+    raw = log(text, 0, "one")
+    run = ServoRun.of(commands_alone(raw), np.ones(2)).with_model_torque(described(), rotor_inertia=True)
+    fit = identify_servos([run])
+    training = Trial(SOURCE, described(), [Run.of(raw, Filtering())], "position")
+    limited = with_simulated_limits(fit, training, file_law())
+    assert list(np.isfinite(limited.law.limit)) == [reached, False]
+    changes = servo_changes(limited, file_law())
+    assert [(change.joint, change.quantity) for change in changes] == [(0, "forcerange")] * reached
+    if reached:
+        assert limited.law.limit[0] == pytest.approx(limit, rel=1e-3)
+
+
+def test_a_measured_torque_needs_no_simulation_for_limits():
+    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
+    trial = Trial(SOURCE, described(), [], "position")
+    assert with_simulated_limits(fit, trial, file_law()) is fit
