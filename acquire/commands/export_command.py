@@ -79,7 +79,7 @@ def export_command(args: Namespace) -> None:
             path = args.output or Path(f"{file_stem(robot.name, 'robot')}-export{form.ending}")
         else:
             patched = _patched(args, portable)
-            missing, content, changes = list(patched.left), patched.text, patched.changes
+            missing, content, changes = list(patched.left_out), patched.text, patched.changes
             path = args.output or args.patch.with_stem(f"{args.patch.stem}-identified")
     require_file(path, "--output", [args.arm, *([args.patch] if args.patch else [])])
     write_whole(path, content)

@@ -218,7 +218,7 @@ def _answer(answer: Answer) -> dict[str, Any]:
         **_distances(answer.distances),
         "attaches": answer.attaches,
         "changes": [change._asdict() for change in answer.changes],
-        "left_out": list(answer.left),
+        "left_out": list(answer.left_out),
     }
 
 
@@ -254,7 +254,7 @@ def _distances(distances: Distances) -> dict[str, Any]:
     return {
         "position": [_finite(row) for row in distances.joints],
         "tool": _finite(distances.tool),
-        "whole": _finite(distances.whole),
+        "whole": _finite(distances.whole_run),
         "whole_tool": _finite([distances.whole_tool])[0],
     }
 

@@ -34,12 +34,12 @@ class Patch:
     Attributes:
         text: Text with the changes.
         changes: Changed numbers.
-        left: One sentence for each part of the model that MJCF cannot represent.
+        left_out: One sentence for each part of the model that MJCF cannot represent.
     """
 
     text: bytes
     changes: tuple[Change, ...]
-    left: tuple[str, ...]
+    left_out: tuple[str, ...]
 
 
 def patch(

@@ -32,7 +32,7 @@ class Answer:
         changes: Changed numbers, in addition to those of the servos.
         arm: The arm whose effects are attached; for the file by itself, the arm that it describes.
         fit: The fit from which the arm comes; None if its numbers come from the file or from simulation.
-        left: What the file cannot hold, in words.
+        left_out: What the file cannot hold, in words.
     """
 
     text: bytes
@@ -40,7 +40,7 @@ class Answer:
     changes: tuple[Change, ...]
     arm: Model
     fit: Fit | None = None
-    left: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def attaches(self) -> bool:
@@ -54,10 +54,10 @@ def attached(ladder: Ladder, file: Answer) -> Answer:
     Findings have their evidence in the torque, so they stay unless they move the simulation away.
     """
     gain = ladder.judge.compared(file.distances, ladder.last)
-    if ladder.kept is None or gain is Gain.WORSE or (gain is Gain.SAME and not ladder.findings):
+    if ladder.best is None or gain is Gain.WORSE or (gain is Gain.SAME and not ladder.findings):
         return file
-    step = ladder.kept
-    return Answer(step.text, ladder.last, step.changes, step.arm, step.fit, step.left)
+    step = ladder.best
+    return Answer(step.text, ladder.last, step.changes, step.arm, step.fit, step.left_out)
 
 
 def file_alone(ladder: Ladder, training: Trial) -> Answer:
@@ -146,8 +146,8 @@ def _fitted(ladder: Ladder) -> Iterator[tuple[bytes, tuple[Change, ...]]]:
         yield step.text, step.changes
     except ExidynError:  # it has a stage with the reason
         pass
-    if ladder.kept is not None:
-        yield ladder.kept.text, ladder.kept.changes
+    if ladder.best is not None:
+        yield ladder.best.text, ladder.best.changes
 
 
 def scale_of(training: Trial) -> np.ndarray:

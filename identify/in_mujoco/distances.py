@@ -22,7 +22,7 @@ class Distances(NamedTuple):
         ends: Simulated minus recorded position after each horizon, shape (w, h, n) [rad]; infinite where
             the simulation has diverged.
         tools: Distance between the tool points after each horizon, shape (w, h) [m].
-        whole: RMS position error over whole runs, shape (n,) [rad].
+        whole_run: RMS position error over whole runs, shape (n,) [rad].
         whole_tool: RMS distance between the tool points over whole runs [m].
         traces: Simulated positions of each whole run, (t, n) each [rad].
         moved: RMS motion of the real joints after each horizon, shape (h, n) [rad].
@@ -30,7 +30,7 @@ class Distances(NamedTuple):
 
     ends: np.ndarray
     tools: np.ndarray
-    whole: np.ndarray
+    whole_run: np.ndarray
     whole_tool: float
     traces: tuple[np.ndarray, ...]
     moved: np.ndarray

@@ -64,7 +64,7 @@ class Step(NamedTuple):
     arm: Model
     text: bytes
     changes: tuple[Change, ...]
-    left: tuple[str, ...]
+    left_out: tuple[str, ...]
 
 
 @dataclass
@@ -80,7 +80,7 @@ class Ladder:
         judge: What a simulation is judged by.
         start: Distances of the file as it is, which others have to beat.
         last: Distances of what is kept.
-        kept: What is kept; None if it is the file as it is.
+        best: What is kept; None if it is the file as it is.
         findings: Findings that are kept.
         stages: What was tried.
         negligible: Findings that vanish in a fit together with the others.
@@ -95,7 +95,7 @@ class Ladder:
     judge: Judge
     start: Distances = field(init=False)
     last: Distances = field(init=False)
-    kept: Step | None = None
+    best: Step | None = None
     findings: list[Finding] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     negligible: list[Finding] = field(default_factory=list)
@@ -119,7 +119,7 @@ class Ladder:
     def with_gains(self, trial: Trial) -> Trial:
         """The trial, with the drive gains that were identified with what is kept; unchanged if none were."""
         try:
-            arm = self.kept.arm if self.kept else self.step(()).arm
+            arm = self.best.arm if self.best else self.step(()).arm
         except ExidynError:  # it has a stage with the reason
             return trial
         robot, fields = trial.model.robot, ("drive_gain", "drive_gain_tolerance")
@@ -156,7 +156,7 @@ class Ladder:
         # Numbers alone are written for their gain; a finding has its evidence in the torque.
         refused = gain is Gain.WORSE or (finding is None and gain is not Gain.BETTER)
         if not refused:
-            self.last, self.kept = now, step
+            self.last, self.best = now, step
         self.stages.append(Stage(name, now, gain, FARTHER if gain is Gain.WORSE else ""))
         return not refused
 
@@ -173,7 +173,7 @@ class Ladder:
         patched = patch(Portable.of(arm), standard, source.text, source.folder, source.where, ("gains",))
         gears = gears_of(self.diagnosis, findings)
         text, more = add_gears(patched.text, source.folder, source.where, gears)
-        return Step(fit, arm, text, (*patched.changes, *more), patched.left)
+        return Step(fit, arm, text, (*patched.changes, *more), patched.left_out)
 
     def _fit(self, findings: Sequence[Finding]) -> tuple[Fit, Standard]:
         """Fit with findings, and standard parameters that differ from the file's only where needed."""

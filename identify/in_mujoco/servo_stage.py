@@ -211,4 +211,4 @@ def _distance(stage: ServoStage, model: Model, runs: Sequence[Run]) -> float:
     """Rms error of the joints over whole runs, relative to their motion."""
     distances = Trial(stage.source, model, runs, POSITION, stage.held).distances(stage.source.text)
     moved = np.std(np.concatenate([run.position for run in runs]), axis=0)
-    return float(np.sqrt(np.mean((distances.whole / np.maximum(moved, np.finfo(float).tiny)) ** 2)))
+    return float(np.sqrt(np.mean((distances.whole_run / np.maximum(moved, np.finfo(float).tiny)) ** 2)))

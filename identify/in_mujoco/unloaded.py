@@ -33,7 +33,7 @@ def require_unloaded(recordings: Sequence[tuple[str, Recording]]) -> None:
 def simulated_runs(
     recordings: Sequence[tuple[str, Recording]], filtering: Filtering, held_out: bool
 ) -> tuple[Run, ...]:
-    """Runs without a payload, prepared for replay: those that are held out, or those that are fitted."""
+    """Held-out or fitted runs without a payload, prepared for replay."""
     return tuple(Run.of(run, filtering) for run in _unloaded(recordings, held_out))
 
 

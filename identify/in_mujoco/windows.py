@@ -47,6 +47,6 @@ def errors(simulations: Sequence[Window], positions: Sequence[np.ndarray]) -> np
 
 
 def clipped_errors(simulations: Sequence[Window], positions: Sequence[np.ndarray]) -> np.ndarray:
-    """The same, finite and no larger than `DIVERGED` where a simulation diverges."""
+    """Errors as of `errors`, limited to `DIVERGED` where a simulation diverges."""
     residual = errors(simulations, positions)
     return np.clip(np.nan_to_num(residual, posinf=DIVERGED, neginf=-DIVERGED), -DIVERGED, DIVERGED)

@@ -120,7 +120,7 @@ class Compared(NamedTuple):
         """Distance after each horizon, and over whole runs."""
         if self.joint is None:
             return [*distances.tool, distances.whole_tool]
-        return [*distances.joints[:, self.joint], distances.whole[self.joint]]
+        return [*distances.joints[:, self.joint], distances.whole_run[self.joint]]
 
     def far(self, distances: Distances) -> str:
         """Distance after the longest horizon, in words."""
@@ -238,7 +238,8 @@ def _joints(gap: Gap, units: Sequence[str]) -> Table:
         head += [f"{title} before", "after"]
     rows: list[list[Cell]] = []
     errors = [
-        np.vstack([distances.joints, distances.whole]) for distances in (gap.original, gap.attached.distances)
+        np.vstack([distances.joints, distances.whole_run])
+        for distances in (gap.original, gap.attached.distances)
     ]
     for joint, name in enumerate(gap.diagnosis.joints):
         cells: list[Cell] = [name, units[joint]]
@@ -282,5 +283,5 @@ def _beside(gap: Gap) -> list[str]:
     """Findings that are not part of the file, each with the reason."""
     statements = [f"{name}: removed from the recordings" for name in gap.taken_out]
     statements += [f"{name}: neither MJCF nor exidyn.mujoco can represent it" for name in gap.beyond]
-    approximated = gap.attached.left
+    approximated = gap.attached.left_out
     return statements + [f"not in the file in its exact form: {words}" for words in approximated]

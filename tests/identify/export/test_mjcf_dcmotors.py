@@ -51,7 +51,7 @@ def patched(model, text, tmp_path, **values):
     model = replace(model, stated=stated)
     standard = Standard(model.nominal_values, np.diag([prior.std**2 for prior in model.priors]))
     made = patch(Portable.of(model), standard, text.encode(), str(tmp_path), "arm.xml")
-    return made.text.decode(), {(c.where, c.attribute): c for c in made.changes}, made.left, model
+    return made.text.decode(), {(c.where, c.attribute): c for c in made.changes}, made.left_out, model
 
 
 def require_same_torque(model, text, tmp_path):

@@ -147,7 +147,7 @@ def test_damping_that_mujoco_makes_of_the_inertia_in_another_file_is_said(tmp_pa
     (tmp_path / "servo.xml").write_bytes(b"<mujoco><actuator>" + servo + b"</actuator></mujoco>")
     text = re.sub(b"<actuator>.*</actuator>", b'<include file="servo.xml"/>', ARM)
     made = patched(found_in(nominal_of(text, tmp_path), Ia1=0.9), text, tmp_path)
-    assert any(re.match(r"dampratio of servo 'a' in an included file", line) for line in made.left)
+    assert any(re.match(r"dampratio of servo 'a' in an included file", line) for line in made.left_out)
 
 
 def test_gravity_is_written_where_it_was_found_to_be_another(tmp_path):
@@ -163,13 +163,13 @@ def test_gravity_is_written_where_it_was_found_to_be_another(tmp_path):
         nominal_of(compensated, tmp_path)
     left = patched(model, compensated, tmp_path)
     assert left.text == compensated
-    assert any("compensates" in sentence for sentence in left.left)
+    assert any("compensates" in sentence for sentence in left.left_out)
 
 
 def test_friction_below_zero_is_written_as_none_and_said(tmp_path):
     made = patched(found_in(nominal_of(ARM, tmp_path), (), Fc1=-0.1), ARM, tmp_path)
     assert b'frictionloss="0"' in made.text
-    assert any("frictionloss of one was identified as -0.1" in sentence for sentence in made.left)
+    assert any("frictionloss of one was identified as -0.1" in sentence for sentence in made.left_out)
 
 
 @pytest.mark.parametrize(

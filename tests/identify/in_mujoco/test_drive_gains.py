@@ -81,7 +81,7 @@ def climbed(file, text, gains):
         noise=np.zeros(2),
     )  # fmt: skip
     ladder = Ladder(judging, (), Filtering(), diagnosis, (), Judge())
-    ladder.kept = Step(None, with_gains(gains, 0.01), text.encode(), (), ())
+    ladder.best = Step(None, with_gains(gains, 0.01), text.encode(), (), ())
     start = judging.distances(file.encode())
     ladder.begin(judging, start)
     return ladder, training, start
@@ -132,7 +132,7 @@ def test_gains_are_those_of_what_is_kept_with_their_intervals():
     np.testing.assert_array_equal(gains.stated, STATED)
     np.testing.assert_array_equal(gains.identified, TRUE)
     np.testing.assert_allclose(gains.half, 1.96 * 0.01 * TRUE)
-    ladder.kept = None
+    ladder.best = None
     assert drive_gains(ladder, training).identified is None  # no fit, so the gains stay as stated
     torque = replace(training, runs=[run._replace(current=False) for run in training.runs])
     assert drive_gains(ladder, torque) is None
