@@ -13,7 +13,7 @@ from ..preparation.even import Even
 from ..recordings.recording import Recording
 from .alarms import Alarm, Alarms
 from .bandwidth import BANDWIDTH
-from .observer import Estimates, Observer
+from .observer import AHEAD, Estimates, Observer
 from .threshold import Threshold
 from .wrench import flange_wrenches
 
@@ -106,6 +106,13 @@ def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: fl
     if even.measures != fit.measures:
         raise RecordingError(
             f"{run.name}: the run has a {even.measures}, and the runs of the fit have a {fit.measures}"
+        )
+    if bandwidth > (
+        most := 0.5 * even.rate / AHEAD
+    ):  # the low-pass before the observer has `AHEAD` times as much
+        raise RecordingError(
+            f"{run.name}: a bandwidth of {bandwidth:g} Hz needs more than its {even.rate:.4g} samples a second; "
+            f"they allow {most:.3g} Hz"
         )
     temperature = even.signal("temperature") if observer.dynamics.needs_temperature else None
     return observer.add(even.time, even.position, even.signal(even.measures), temperature)
