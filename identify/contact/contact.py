@@ -107,12 +107,11 @@ def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: fl
         raise RecordingError(
             f"{run.name}: the run has a {even.measures}, and the runs of the fit have a {fit.measures}"
         )
-    if bandwidth > (
-        most := 0.5 * even.rate / AHEAD
-    ):  # the low-pass before the observer has `AHEAD` times as much
+    most = 0.5 * even.rate / AHEAD  # of a low-pass with `AHEAD` times the bandwidth
+    if bandwidth > most:
         raise RecordingError(
-            f"{run.name}: a bandwidth of {bandwidth:g} Hz needs more than its {even.rate:.4g} samples a second; "
-            f"they allow {most:.3g} Hz"
+            f"{run.name}: a bandwidth of {bandwidth:g} Hz needs more than {even.rate:.4g} samples a second, "
+            f"which allow {most:.3g} Hz"
         )
     temperature = even.signal("temperature") if observer.dynamics.needs_temperature else None
     return observer.add(even.time, even.position, even.signal(even.measures), temperature)

@@ -151,9 +151,7 @@ def test_bad_input_is_refused():
         Observer(fit(), bandwidth=0.0)
     with pytest.raises(WrongShape, match=r"observer: effort has shape \(1, 2\), expected \(1, 3\)"):
         Observer(fit()).step(0.0, np.zeros(3), np.zeros(2))
-    with pytest.raises(
-        RecordingError, match=r"bandwidth of 2000 Hz needs more than its \d+ samples a second"
-    ):
+    with pytest.raises(RecordingError, match="bandwidth of 2000 Hz needs more than"):
         contact(fit(), free()[0], [], bandwidth=2000.0)
     with pytest.raises(RecordingError, match="train was used for the fit"):
         contact(fit(), free()[0], [arm.run("train", 1)])
