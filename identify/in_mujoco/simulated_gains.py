@@ -5,6 +5,7 @@ the gains: a joint that sticks says nothing in a regression, but its simulation 
 armature, damping, dry friction and one delay are fitted together to the positions of short simulations.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,50 +36,53 @@ RIDGE = 1e-4
 simulation does not show stay as they are."""
 EVALUATIONS = 15
 """Maximum number of steps of the search."""
+ENOUGH = 1e-3
+"""Relative change below which the search ends: a hundredth of the accuracy that counts as determined."""
+GAINS = ("stiffness", "damping", "delay")
+"""Numbers of a servo that are searched for."""
+ALL = (*GAINS, "limit", "feed_forward", "integral")
 DIFFERENCE = 0.02
 """Step of a finite difference in logarithms, and in delays of `CYCLE`: simulations go in steps."""
 
 
 def with_simulated_gains(fit: ServoFit, training: Trial, file: ServoLaw) -> ServoFit:
     """The fit, with gains from simulations of the training runs for joints that it does not determine."""
-    unknown = ~determined(fit) & ~doubtful(fit)
-    if fit.measured or not np.any(unknown):
+    joints = np.flatnonzero(~determined(fit) & ~doubtful(fit))
+    if fit.measured or not len(joints):
         return fit
-    return _Search(training, file, fit, unknown).fit_of_all()
+    return _Search(training, file, fit, joints).fit_of_all()
 
 
 @dataclass
 class _Search:
-    """Search for gains, armature, damping, dry friction and a delay.
+    """Search for gains, armature, damping and dry friction of some joints, and for their delay.
 
     Attributes:
         trial: The file, and the runs to which the numbers are fitted.
         file: Servos of the file.
         fit: Servos by regression.
-        unknown: Joints whose gains are searched for, shape (n,).
+        joints: Indices of the joints whose numbers are searched for, shape (u,).
     """
 
     trial: Trial
     file: ServoLaw
     fit: ServoFit
-    unknown: np.ndarray
+    joints: np.ndarray
 
     def __post_init__(self) -> None:
-        source, joints = self.trial.source, self.trial.model.robot.joints
+        source, names = self.trial.source, self.trial.model.robot.joints
         self.simulator = self.trial.simulator(source.text)
-        self.dofs = dofs_of(self.simulator.model, joints)
+        self.dofs = np.array(dofs_of(self.simulator.model, names))[self.joints]
         self.simulator.set_limits(np.minimum(self.file.limit, self.fit.law.limit))
         self.windows = windows(self.trial.runs)
-        numbers = joint_numbers(compile_mjcf(source.text.decode(), source.folder), joints)
-        self.start = np.log(np.maximum(numbers, LEAST[:, None]))
-        self.law = replace(
-            self.file,
-            stiffness=np.where(self.unknown, self.file.stiffness, self.fit.law.stiffness),
-            damping=np.where(self.unknown, self.file.damping, self.fit.law.damping),
-        )
+        numbers = joint_numbers(compile_mjcf(source.text.decode(), source.folder), names)
+        self.numbers = np.maximum(numbers[:, self.joints], LEAST[:, None])
+        others = np.delete(np.arange(len(names)), self.joints)
+        self.law = with_joints(self.file, self.fit.law, others)
+        self.delay = float(np.median(self.law.delay[others])) if len(others) else 0.0
 
     def fit_of_all(self) -> ServoFit:
-        """The fit with the gains that are found."""
+        """The fit of all joints, with the gains that are found."""
         start = self._start()
         first = self._residual(start)
         weight = np.sqrt(RIDGE * float(first @ first))
@@ -88,68 +92,67 @@ class _Search:
             return np.append(self._residual(values), weight * (values - start) / deviation)
 
         def jacobian(values: np.ndarray) -> np.ndarray:
-            steps = DIFFERENCE * np.eye(len(values))
-            return np.stack([error(values + step) - error(values) for step in steps], axis=1) / DIFFERENCE
+            here, steps = error(values), DIFFERENCE * np.eye(len(values))
+            return np.stack([error(values + step) - here for step in steps], axis=1) / DIFFERENCE
 
-        best = least_squares(error, start, jacobian, x_scale=deviation, max_nfev=EVALUATIONS)
+        best = least_squares(
+            error, start, jacobian, x_scale=deviation, ftol=ENOUGH, xtol=ENOUGH, max_nfev=EVALUATIONS
+        )
         residual = self._residual(best.x)
         # The error of a window counts as one sample, since errors within a window are correlated.
         variance = float(residual @ residual) / len(self.windows)
         std = np.sqrt(variance * np.diag(np.linalg.inv(best.jac.T @ best.jac)))
-        return self._with(best.x, std)
-
-    def _start(self) -> np.ndarray:
-        """Logarithms of the numbers that simulate best without a search, and no delay."""
-        count, starts = int(self.unknown.sum()), []
-        for factor in FACTORS:
-            torque = factor * self.law.stiffness * self._usual_error()
-            for share in SHARES:
-                armature, damping, dry = self.start
-                dry = np.maximum(dry, np.log(np.maximum(share * torque, LEAST[2])))
-                numbers = np.concatenate([armature, damping, dry])
-                starts.append(np.concatenate([np.full(count, np.log(factor)), numbers, [0.0]]))
-        return min(starts, key=lambda start: float(np.linalg.norm(self._residual(start))))
-
-    def _usual_error(self) -> np.ndarray:
-        """Rms of command minus position, shape (n,) [rad]."""
-        errors = [run.command - run.position for run in self.trial.runs if run.command is not None]
-        return np.asarray(np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)))
-
-    def _split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """Factors on the gains (n,), armature, damping and dry friction (3, n), and the delay [s]."""
-        count = int(self.unknown.sum())
-        factors = np.ones(len(self.unknown))
-        factors[self.unknown] = np.exp(values[:count])
-        return factors, np.exp(values[count:-1]).reshape(self.start.shape), CYCLE * float(values[-1])
-
-    def _residual(self, values: np.ndarray) -> np.ndarray:
-        """Simulated minus recorded positions over the motion of the joints, shape (r,)."""
-        factors, numbers, delay = self._split(values)
-        self.simulator.set_gains(factors * self.law.stiffness, factors * self.law.damping)
-        self.simulator.delay = np.full(len(factors), max(delay, 0.0))
-        for name, row in zip(FIELDS.values(), numbers, strict=True):
-            getattr(self.simulator.model, name)[self.dofs] = row
-        self.simulator.renew()
-        return clipped_errors(self.windows, self.simulator.roll_all(self.windows))
-
-    def _with(self, values: np.ndarray, std: np.ndarray) -> ServoFit:
-        factors, _, delay = self._split(values)
-        count, unknown, law = int(self.unknown.sum()), self.unknown, self.fit.law
-        relative = np.zeros(len(unknown))
-        relative[unknown] = std[:count]
-        stiffness, damping = factors * self.law.stiffness, factors * self.law.damping
+        relative, law = std[: len(self.joints)], self._law(best.x)
+        spread = replace(
+            law, stiffness=law.stiffness.copy(), damping=law.damping.copy(),
+            delay=np.full(len(law.delay), CYCLE * std[-1]),
+        )  # fmt: skip
+        for numbers in (spread.stiffness, spread.damping):
+            numbers[self.joints] *= relative
         return replace(
             self.fit,
-            law=replace(
-                law,
-                stiffness=np.where(unknown, stiffness, law.stiffness),
-                damping=np.where(unknown, damping, law.damping),
-                delay=np.where(unknown, max(delay, 0.0), law.delay),
-            ),
-            std=replace(
-                self.fit.std,
-                stiffness=np.where(unknown, relative * stiffness, self.fit.std.stiffness),
-                damping=np.where(unknown, relative * damping, self.fit.std.damping),
-                delay=np.where(unknown, CYCLE * std[-1], self.fit.std.delay),
-            ),
+            law=with_joints(self.fit.law, law, self.joints, GAINS),
+            std=with_joints(self.fit.std, spread, self.joints, GAINS),
         )
+
+    def _start(self) -> np.ndarray:
+        """Logarithms of the numbers that simulate best without a search, and the delay of other joints."""
+        errors = [run.command - run.position for run in self.trial.runs if run.command is not None]
+        usual = np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)) * self.file.stiffness
+        starts = []
+        for factor in FACTORS:
+            for share in SHARES:
+                armature, damping, dry = self.numbers
+                dry = np.maximum(dry, share * factor * usual[self.joints])
+                rows = np.log([np.full(len(dry), factor), armature, damping, dry])
+                starts.append(np.append(rows, self.delay / CYCLE))
+        return min(starts, key=lambda start: float(np.linalg.norm(self._residual(start))))
+
+    def _law(self, values: np.ndarray) -> ServoLaw:
+        """Law of all joints, of which some have other gains and another delay."""
+        factors = np.ones(len(self.law.stiffness))
+        factors[self.joints] = np.exp(values[: len(self.joints)])
+        delay = self.law.delay.copy()
+        delay[self.joints] = max(CYCLE * values[-1], 0.0)
+        stiffness, damping = factors * self.law.stiffness, factors * self.law.damping
+        return replace(self.law, stiffness=stiffness, damping=damping, delay=delay)
+
+    def _residual(self, values: np.ndarray) -> np.ndarray:
+        """Simulated minus recorded positions of the joints over their motion, shape (r,)."""
+        law = self._law(values)
+        self.simulator.set_gains(law.stiffness, law.damping)
+        self.simulator.delay = law.delay
+        rows = np.exp(values[len(self.joints) : -1]).reshape(len(FIELDS), -1)
+        for name, row in zip(FIELDS.values(), rows, strict=True):
+            getattr(self.simulator.model, name)[self.dofs] = row
+        self.simulator.renew()
+        errors = clipped_errors(self.windows, self.simulator.roll_all(self.windows))
+        return errors.reshape(-1, len(law.delay))[:, self.joints].ravel()
+
+
+def with_joints(law: ServoLaw, other: ServoLaw, joints: np.ndarray, names: Sequence[str] = ALL) -> ServoLaw:
+    """A law with some numbers of another one for some joints."""
+    values = {name: np.array(getattr(law, name)) for name in names}
+    for name, numbers in values.items():
+        numbers[joints] = getattr(other, name)[joints]
+    return replace(law, **values)
