@@ -51,12 +51,15 @@ class Answer:
 def attached(ladder: Ladder, file: Answer) -> Answer:
     """The file with the findings; the file by itself if the simulation is no nearer for what is attached.
 
-    Findings have their evidence in the torque, so they stay unless they move the simulation away.
+    Findings have their evidence in the torque, so they stay unless they move the simulation away. Without
+    findings, effects that the robot file states are attached if they gain; another law of dry friction alone
+    is no reason.
     """
-    gain = ladder.judge.compared(file.distances, ladder.last)
-    if ladder.best is None or gain is Gain.WORSE or (gain is Gain.SAME and not ladder.findings):
+    gain, step = ladder.judge.compared(file.distances, ladder.last), ladder.best
+    if step is None or gain is Gain.WORSE:
         return file
-    step = ladder.best
+    if not ladder.findings and (gain is Gain.SAME or not Portable.of(step.arm).others):
+        return file
     return Answer(step.text, ladder.last, step.changes, step.arm, step.fit, step.left_out)
 
 
