@@ -71,6 +71,14 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
     return tuple(_changes(law, std, file, known, allowed, fit.measured))
 
 
+def delay_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
+    """Delays that the fit excludes, whether or not it determines gains."""
+    halves = NORMAL_95 * np.hypot(fit.std.delay, UNIFORM * fit.period)
+    numbers = zip(file.delay.tolist(), fit.law.delay.tolist(), halves.tolist(), strict=True)
+    changes = (ServoChange(joint, DELAY, *row) for joint, row in enumerate(numbers))
+    return tuple(change for change in changes if abs(change.new - change.old) > change.half)
+
+
 def _with_common_factor(
     fit: ServoFit, file: ServoLaw, known: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -21,8 +21,8 @@ from .judge import Gain, Judge
 from .ladder import FARTHER
 from .refine import Refinement
 from .replay import POSITION, Run
-from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, servo_changes
-from .simulated_gains import with_simulated_gains
+from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, delay_changes, servo_changes
+from .simulated_gains import with_simulated_delay, with_simulated_gains
 from .simulated_limits import with_simulated_limits
 from .trial import Source, Trial
 from .unloaded import simulated_runs
@@ -86,15 +86,15 @@ def servo_stage(
     if file is None or not used:
         return unchanged(source, model)
     fitted, held_out = (simulated_runs(raw, filtering, judging) for judging in (False, True))
-    fit = _identified(used, model, file)
-    if model.robot.servo is None:
-        training = Trial(source, model, fitted, POSITION)
-        fit = with_simulated_gains(with_simulated_limits(fit, training, file), training, file)
-    changes, judged = servo_changes(fit, file), source
+    fit, training, judged = _identified(used, model, file), Trial(source, model, fitted, POSITION), source
     try:
-        if model.robot.servo is not None:  # its gains are drive gains, which are identified with the arm
-            changes = tuple(change for change in changes if change.quantity == DELAY)
-            judged = _with_stated_gains(source, model, file, fit)
+        if model.robot.servo is None:
+            fit = with_simulated_gains(with_simulated_limits(fit, training, file), training, file)
+            changes = servo_changes(fit, file)
+        else:  # its gains are drive gains, which are identified with the arm
+            judged, law = _with_stated_gains(source, model, file, fit)
+            fit = with_simulated_delay(fit, replace(training, source=judged), law)
+            changes = delay_changes(fit, file)
         stages = list(_versions(judged, model, file, fit, changes))
     except ExidynError as error:
         return replace(unchanged(source, model), gain=Gain.SAME, reason=" ".join(str(error).split()))
@@ -108,7 +108,9 @@ def servo_stage(
     return replace(stage, gain=gain, source=_written(source, model.robot.joints, file, stage.changes))
 
 
-def _with_stated_gains(source: Source, model: Model, file: ServoLaw, fit: ServoFit) -> Source:
+def _with_stated_gains(
+    source: Source, model: Model, file: ServoLaw, fit: ServoFit
+) -> tuple[Source, ServoLaw]:
     """The file with servos of stated drive gains, and with damping in the ratio that the runs show.
 
     A delay can only be judged beside gains that are nearly right, and those of the file may be arbitrary.
@@ -121,7 +123,7 @@ def _with_stated_gains(source: Source, model: Model, file: ServoLaw, fit: ServoF
     law = replace(file, stiffness=stiffness, damping=stiffness * ratio)
     fields = {QUANTITIES[KP], QUANTITIES[KV]}
     text = with_servo_law(source.text, source.folder, source.where, robot.joints, law, fields)
-    return source._replace(text=text)
+    return source._replace(text=text), law
 
 
 def with_tuned_delay(

@@ -13,13 +13,14 @@ from scipy.optimize import least_squares
 
 from ..arm.servo_law import ServoLaw
 from ..fit.servo_fit import ServoFit
+from ..fit.servo_runs import LONGEST
 from ..robot_files.mjcf import compile_mjcf
 from .refine import FIELDS, dofs_of, joint_numbers
 from .servo_changes import determined, doubtful
 from .trial import Trial
 from .windows import clipped_errors, windows
 
-FACTORS = 2.0 ** np.arange(-8.0, 4.0)
+FACTORS = tuple(2.0**power for power in range(-8, 4))
 """Factors on the file's stiffness with which simulations are tried: files state gains that are wrong by a
 hundred, of which a hobby servo is softer."""
 SHARES = (0.0, 0.5)
@@ -53,6 +54,22 @@ def with_simulated_gains(fit: ServoFit, training: Trial, file: ServoLaw) -> Serv
     return _Search(training, file, fit, joints).fit_of_all()
 
 
+def with_simulated_delay(fit: ServoFit, training: Trial, law: ServoLaw) -> ServoFit:
+    """The fit, with one delay of all joints from simulations of the training runs.
+
+    In a regression, damping is nearly a delay of damping over stiffness. `law` is that of the trial's file,
+    whose gains are nearly right.
+    """
+    every, first = np.arange(len(law.delay)), float(np.median(np.clip(fit.law.delay, 0.0, LONGEST)))
+    start = replace(law, delay=np.full(len(every), first))
+    simulated = _Search(training, start, fit, every, (1.0,)).fit_of_all()
+    return replace(
+        fit,
+        law=replace(fit.law, delay=simulated.law.delay),
+        std=replace(fit.std, delay=simulated.std.delay),
+    )
+
+
 @dataclass
 class _Search:
     """Search for gains, armature, damping and dry friction of some joints, and for their delay.
@@ -62,12 +79,14 @@ class _Search:
         file: Servos of the file.
         fit: Servos by regression.
         joints: Indices of the joints whose numbers are searched for, shape (u,).
+        factors: Factors on the file's stiffness from which the search may start.
     """
 
     trial: Trial
     file: ServoLaw
     fit: ServoFit
     joints: np.ndarray
+    factors: Sequence[float] = FACTORS
 
     def __post_init__(self) -> None:
         source, names = self.trial.source, self.trial.model.robot.joints
@@ -79,7 +98,7 @@ class _Search:
         self.numbers = np.maximum(numbers[:, self.joints], LEAST[:, None])
         others = np.delete(np.arange(len(names)), self.joints)
         self.law = with_joints(self.file, self.fit.law, others)
-        self.delay = float(np.median(self.law.delay[others])) if len(others) else 0.0
+        self.delay = float(np.median(self.law.delay[others] if len(others) else self.law.delay))
 
     def fit_of_all(self) -> ServoFit:
         """The fit of all joints, with the gains that are found."""
@@ -120,7 +139,7 @@ class _Search:
         errors = [run.command - run.position for run in self.trial.runs if run.command is not None]
         usual = np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)) * self.file.stiffness
         starts = []
-        for factor in FACTORS:
+        for factor in self.factors:
             for share in SHARES:
                 armature, damping, dry = self.numbers
                 dry = np.maximum(dry, share * factor * usual[self.joints])

@@ -77,7 +77,7 @@ def test_a_delay_is_judged_beside_stated_drive_gains():
     recordings = [(role, commands_alone(run)) for role, run in raw]
     stage = servo_stage(SOURCE._replace(text=text.encode()), model, recordings, raw, Filtering(), Judge())
     assert {change.quantity for change in stage.changes} == {"delay"}
-    assert all(abs(change.new - 0.02) < change.half for change in stage.changes)
+    assert all(abs(change.new - 0.02) < 0.003 for change in stage.changes)
     assert b'kp="800" kv="200" delay' in stage.source.text
 
 
