@@ -120,14 +120,17 @@ class _Search:
         residual = self._residual(best.x)
         # The error of a window counts as one sample, since errors within a window are correlated.
         variance = float(residual @ residual) / len(self.windows)
-        std = np.sqrt(variance * np.diag(np.linalg.inv(best.jac.T @ best.jac)))
-        relative, law = std[: len(self.joints)], self._law(best.x)
+        covariance = variance * np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
+        return self._with(best.x, np.sqrt(np.diag(covariance)))
+
+    def _with(self, values: np.ndarray, std: np.ndarray) -> ServoFit:
+        """The fit with values of a search and their standard deviations."""
+        law, relative = self._law(values), np.zeros(len(self.law.stiffness))
+        relative[self.joints] = std[: len(self.joints)]
         spread = replace(
-            law, stiffness=law.stiffness.copy(), damping=law.damping.copy(),
+            law, stiffness=relative * law.stiffness, damping=relative * law.damping,
             delay=np.full(len(law.delay), CYCLE * std[-1]),
         )  # fmt: skip
-        for numbers in (spread.stiffness, spread.damping):
-            numbers[self.joints] *= relative
         return replace(
             self.fit,
             law=with_joints(self.fit.law, law, self.joints, GAINS),

@@ -10,6 +10,8 @@ SECONDS = 1.0
 """Duration of a simulation [s]: long enough for friction to show, short enough for errors to stay small."""
 STARTS = 16
 """Number of simulations of all runs."""
+STILL = 10.0
+"""Motion over the noise of the encoder, below which a joint stands still."""
 STRIDE = 10
 """Spacing of the compared samples."""
 
@@ -41,7 +43,7 @@ def errors(simulations: Sequence[Window], positions: Sequence[np.ndarray]) -> np
     parts = []
     for (run, first, last), simulated in zip(simulations, positions, strict=True):
         rows = np.arange(first + 1, last + 1)[STRIDE - 1 :: STRIDE]
-        moved = np.maximum(np.std(run.position, axis=0), np.finfo(float).tiny)
+        moved = np.maximum(np.std(run.position, axis=0), STILL * run.noise + np.finfo(float).tiny)
         parts.append((simulated[STRIDE - 1 :: STRIDE] - run.position[rows]) / moved)
     return np.concatenate(parts).ravel()
 
