@@ -18,6 +18,8 @@ from .windows import clipped_errors, windows
 
 NEAR = np.linspace(0.85, 1.15, 13)
 """Limits that are tried, over the largest torque of the recorded motion: friction may be wrong by a tenth."""
+NEARER = np.linspace(0.98, 1.02, 9)
+"""Limits that are tried, over that of a regression."""
 LARGEST = 99.0
 """Percentile of the torque of the recorded motion that counts as its largest: noise has peaks beyond it."""
 
@@ -32,12 +34,15 @@ def with_simulated_limits(fit: ServoFit, training: Trial, file: ServoLaw) -> Ser
     """
     if fit.measured:
         return fit
-    search = _Search(training, changed_law(file, servo_changes(fit, file)))
+    law = changed_law(file, servo_changes(fit, file))
+    search = _Search(training, replace(law, limit=file.limit))
     # A regression that does not determine the gains of a joint does not determine its limit either.
     known = determined(fit) & np.isfinite(fit.law.limit)
     limit, std = (np.where(known, of.limit, np.inf) for of in (fit.law, fit.std))
-    for joint in np.flatnonzero(~known).tolist():
-        limit[joint], std[joint] = search.limit_of(joint)
+    for joint in range(len(limit)):
+        simulated, spread = search.limit_of(joint, limit[joint])
+        if np.isfinite(simulated):
+            limit[joint], std[joint] = simulated, spread
     return replace(fit, law=replace(fit.law, limit=limit), std=replace(fit.std, limit=std))
 
 
@@ -62,13 +67,16 @@ class _Search:
         torque = np.abs(np.concatenate([self.simulator.torque(run) for run in self.trial.runs]))
         self.largest = np.percentile(torque, LARGEST, axis=0)
 
-    def limit_of(self, joint: int) -> tuple[float, float]:
+    def limit_of(self, joint: int, regression: float) -> tuple[float, float]:
         """Limit of a joint and its standard deviation [N m]; infinite unless a limit is credible.
 
+        `regression` is that of a regression. It may be too low for the arm to hold its own weight.
         The error of a window counts as one sample, since errors within a window are correlated. A limit costs
         as in the Bayesian information criterion, and the number of limits that were tried on all joints.
         """
         limits = NEAR * self.largest[joint]
+        if np.isfinite(regression):
+            limits = np.sort(np.append(limits, NEARER * regression))
         squares = np.array([self._with_limit(joint, limit) for limit in limits])
         count, best = len(self.windows), int(np.argmin(squares))
         gain = 0.5 * count * float(np.log(self.squares[joint] / squares[best]))
