@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from ..arm.servo_law import ServoLaw
 from ..diagnosis.questions.block_answer import CERTAIN_ODDS
 from ..fit.servo_fit import ServoFit
-from .servo_changes import changed_law, determined, servo_changes
+from .servo_changes import changed_law, servo_changes
 from .trial import Trial
 from .windows import clipped_errors, windows
 
@@ -27,6 +27,8 @@ LARGEST = 99.0
 def with_simulated_limits(fit: ServoFit, training: Trial, file: ServoLaw) -> ServoFit:
     """The fit, with limits of joints whose simulations of the training runs need one.
 
+    A limit of a regression by commands alone is only a suggestion: other friction may look like one.
+
     Args:
         fit: Servos by regression; unchanged if it is by measured torque.
         training: The file, and the runs to which limits are fitted.
@@ -36,13 +38,8 @@ def with_simulated_limits(fit: ServoFit, training: Trial, file: ServoLaw) -> Ser
         return fit
     law = changed_law(file, servo_changes(fit, file))
     search = _Search(training, replace(law, limit=file.limit))
-    # A regression that does not determine the gains of a joint does not determine its limit either.
-    known = determined(fit) & np.isfinite(fit.law.limit)
-    limit, std = (np.where(known, of.limit, np.inf) for of in (fit.law, fit.std))
-    for joint in range(len(limit)):
-        simulated, spread = search.limit_of(joint, limit[joint])
-        if np.isfinite(simulated):
-            limit[joint], std[joint] = simulated, spread
+    limits = [search.limit_of(joint, suggested) for joint, suggested in enumerate(fit.law.limit.tolist())]
+    limit, std = np.array(limits).T
     return replace(fit, law=replace(fit.law, limit=limit), std=replace(fit.std, limit=std))
 
 
@@ -67,16 +64,16 @@ class _Search:
         torque = np.abs(np.concatenate([self.simulator.torque(run) for run in self.trial.runs]))
         self.largest = np.percentile(torque, LARGEST, axis=0)
 
-    def limit_of(self, joint: int, regression: float) -> tuple[float, float]:
+    def limit_of(self, joint: int, suggested: float) -> tuple[float, float]:
         """Limit of a joint and its standard deviation [N m]; infinite unless a limit is credible.
 
-        `regression` is that of a regression. It may be too low for the arm to hold its own weight.
+        `suggested` is that of a regression, or infinite. It may be too low to hold the arm's weight.
         The error of a window counts as one sample, since errors within a window are correlated. A limit costs
         as in the Bayesian information criterion, and the number of limits that were tried on all joints.
         """
         limits = NEAR * self.largest[joint]
-        if np.isfinite(regression):
-            limits = np.sort(np.append(limits, NEARER * regression))
+        if np.isfinite(suggested):
+            limits = np.sort(np.append(limits, NEARER * suggested))
         squares = np.array([self._with_limit(joint, limit) for limit in limits])
         count, best = len(self.windows), int(np.argmin(squares))
         gain = 0.5 * count * float(np.log(self.squares[joint] / squares[best]))
