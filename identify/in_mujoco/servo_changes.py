@@ -88,10 +88,9 @@ def _with_common_factor(
     joints, to `ALIKE`, unless their own estimates contradict.
     """
     stiffness, std, helped = fit.law.stiffness.copy(), fit.std.stiffness.copy(), np.zeros(len(known), bool)
-    ratios = np.log(stiffness[known] / file.stiffness[known])
-    if len(ratios) < 2 or np.std(ratios) > ALIKE:
+    if not _alike(fit, file, known):
         return stiffness, std, helped
-    common = file.stiffness * np.exp(np.mean(ratios))
+    common = file.stiffness * common_factor(fit, file)
     for joint in np.flatnonzero(~known & ~doubtful(fit) & np.isfinite(stiffness) & np.isfinite(std)):
         spread = ALIKE * common[joint]
         if abs(stiffness[joint] - common[joint]) < CONTRADICTION * np.hypot(std[joint], spread):
@@ -99,6 +98,19 @@ def _with_common_factor(
             stiffness[joint] = weights @ [stiffness[joint], common[joint]] / weights.sum()
             std[joint], helped[joint] = weights.sum() ** -0.5, True
     return stiffness, std, helped
+
+
+def common_factor(fit: ServoFit, file: ServoLaw) -> float:
+    """Factor by which gains that a fit determines differ from those of the file; 1 if not alike."""
+    known = determined(fit)
+    ratios = np.log(fit.law.stiffness[known] / file.stiffness[known])
+    return float(np.exp(np.mean(ratios))) if _alike(fit, file, known) else 1.0
+
+
+def _alike(fit: ServoFit, file: ServoLaw, known: np.ndarray) -> bool:
+    """Whether gains of at least two joints differ from the file's by one factor."""
+    ratios = np.log(fit.law.stiffness[known] / file.stiffness[known])
+    return len(ratios) > 1 and float(np.std(ratios)) <= ALIKE
 
 
 def doubtful(fit: ServoFit) -> np.ndarray:

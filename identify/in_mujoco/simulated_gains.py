@@ -12,11 +12,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ..arm.servo_law import ServoLaw
+from ..diagnosis.questions.block_answer import CERTAIN_ODDS
 from ..fit.servo_fit import ServoFit
 from ..fit.servo_runs import LONGEST
 from ..robot_files.mjcf import compile_mjcf
 from .refine import FIELDS, dofs_of, joint_numbers
-from .servo_changes import determined, doubtful
+from .servo_changes import common_factor, determined, doubtful
 from .trial import Trial
 from .windows import clipped_errors, windows
 
@@ -51,7 +52,12 @@ def with_simulated_gains(fit: ServoFit, training: Trial, file: ServoLaw) -> Serv
     joints = np.flatnonzero(~determined(fit) & ~doubtful(fit))
     if fit.measured or not len(joints):
         return fit
-    return _Search(training, file, fit, joints).fit_of_all()
+    search = _Search(training, file, fit, joints)
+    values, std = search.optimum(search.start(FACTORS))
+    usual = search.start([common_factor(fit, file)])
+    held, _ = search.optimum(usual, np.arange(len(usual)) >= len(joints))
+    credible = np.flatnonzero(search.odds(held, values) > CERTAIN_ODDS)
+    return search.fitted(values, std, joints[credible])
 
 
 def with_simulated_delay(fit: ServoFit, training: Trial, law: ServoLaw) -> ServoFit:
@@ -62,7 +68,8 @@ def with_simulated_delay(fit: ServoFit, training: Trial, law: ServoLaw) -> Servo
     """
     every, first = np.arange(len(law.delay)), float(np.median(np.clip(fit.law.delay, 0.0, LONGEST)))
     start = replace(law, delay=np.full(len(every), first))
-    simulated = _Search(training, start, fit, every, (1.0,)).fit_of_all()
+    search = _Search(training, start, fit, every)
+    simulated = search.fitted(*search.optimum(search.start([1.0])), every)
     return replace(
         fit,
         law=replace(fit.law, delay=simulated.law.delay),
@@ -79,14 +86,12 @@ class _Search:
         file: Servos of the file.
         fit: Servos by regression.
         joints: Indices of the joints whose numbers are searched for, shape (u,).
-        factors: Factors on the file's stiffness from which the search may start.
     """
 
     trial: Trial
     file: ServoLaw
     fit: ServoFit
     joints: np.ndarray
-    factors: Sequence[float] = FACTORS
 
     def __post_init__(self) -> None:
         source, names = self.trial.source, self.trial.model.robot.joints
@@ -100,31 +105,60 @@ class _Search:
         self.law = with_joints(self.file, self.fit.law, others)
         self.delay = float(np.median(self.law.delay[others] if len(others) else self.law.delay))
 
-    def fit_of_all(self) -> ServoFit:
-        """The fit of all joints, with the gains that are found."""
-        start = self._start()
-        first = self._residual(start)
+    def start(self, factors: Sequence[float]) -> np.ndarray:
+        """Numbers that simulate best without a search, with one of these factors on the file's stiffness.
+
+        They are logarithms of factors, armature, damping and dry friction, and the delay over `CYCLE`.
+        """
+        errors = [run.command - run.position for run in self.trial.runs if run.command is not None]
+        usual = np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)) * self.file.stiffness
+        starts = []
+        for factor in factors:
+            for share in SHARES:
+                armature, damping, dry = self.numbers
+                dry = np.maximum(dry, share * factor * usual[self.joints])
+                rows = np.log([np.full(len(dry), factor), armature, damping, dry])
+                starts.append(np.append(rows, self.delay / CYCLE))
+        return min(starts, key=lambda start: float(np.linalg.norm(self._residual(start))))
+
+    def optimum(self, start: np.ndarray, free: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the least squared error, of which some are free, and standard deviations."""
+        free = np.ones(len(start), bool) if free is None else free
+        first, deviation = self._residual(start), np.append(np.full(len(start) - 1, TEN), 1.0)[free]
         weight = np.sqrt(RIDGE * float(first @ first))
-        deviation = np.append(np.full(len(start) - 1, TEN), 1.0)
+
+        def moved(values: np.ndarray) -> np.ndarray:
+            numbers = start.copy()
+            numbers[free] = values
+            return numbers
 
         def error(values: np.ndarray) -> np.ndarray:
-            return np.append(self._residual(values), weight * (values - start) / deviation)
+            return np.append(self._residual(moved(values)), weight * (values - start[free]) / deviation)
 
         def jacobian(values: np.ndarray) -> np.ndarray:
             here, steps = error(values), DIFFERENCE * np.eye(len(values))
             return np.stack([error(values + step) - here for step in steps], axis=1) / DIFFERENCE
 
-        best = least_squares(
-            error, start, jacobian, x_scale=deviation, ftol=ENOUGH, xtol=ENOUGH, max_nfev=EVALUATIONS
-        )
-        residual = self._residual(best.x)
+        ends = {"ftol": ENOUGH, "xtol": ENOUGH, "max_nfev": EVALUATIONS}
+        best = least_squares(error, start[free], jacobian, x_scale=deviation, **ends)
+        residual, std = self._residual(moved(best.x)), np.zeros(len(start))
         # The error of a window counts as one sample, since errors within a window are correlated.
         variance = float(residual @ residual) / len(self.windows)
-        covariance = variance * np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
-        return self._with(best.x, np.sqrt(np.diag(covariance)))
+        std[free] = np.sqrt(variance * np.diag(np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)))
+        return moved(best.x), std
 
-    def _with(self, values: np.ndarray, std: np.ndarray) -> ServoFit:
-        """The fit with values of a search and their standard deviations."""
+    def odds(self, held: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Log odds that each joint needs another gain than the one held, shape (u,).
+
+        Another gain costs as in the Bayesian information criterion, and the number of factors tried.
+        """
+        with_held, without = (self._squares(numbers) for numbers in (held, values))
+        count = len(self.windows)
+        gain = 0.5 * count * np.log(with_held / np.maximum(without, np.finfo(float).tiny))
+        return np.asarray(gain - 0.5 * np.log(count) - np.log(len(FACTORS)))
+
+    def fitted(self, values: np.ndarray, std: np.ndarray, joints: np.ndarray) -> ServoFit:
+        """The fit with numbers of a search for some of its joints."""
         law, relative = self._law(values), np.zeros(len(self.law.stiffness))
         relative[self.joints] = std[: len(self.joints)]
         spread = replace(
@@ -133,22 +167,13 @@ class _Search:
         )  # fmt: skip
         return replace(
             self.fit,
-            law=with_joints(self.fit.law, law, self.joints, GAINS),
-            std=with_joints(self.fit.std, spread, self.joints, GAINS),
+            law=with_joints(self.fit.law, law, joints, GAINS),
+            std=with_joints(self.fit.std, spread, joints, GAINS),
         )
 
-    def _start(self) -> np.ndarray:
-        """Logarithms of the numbers that simulate best without a search, and the delay of other joints."""
-        errors = [run.command - run.position for run in self.trial.runs if run.command is not None]
-        usual = np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)) * self.file.stiffness
-        starts = []
-        for factor in self.factors:
-            for share in SHARES:
-                armature, damping, dry = self.numbers
-                dry = np.maximum(dry, share * factor * usual[self.joints])
-                rows = np.log([np.full(len(dry), factor), armature, damping, dry])
-                starts.append(np.append(rows, self.delay / CYCLE))
-        return min(starts, key=lambda start: float(np.linalg.norm(self._residual(start))))
+    def _squares(self, values: np.ndarray) -> np.ndarray:
+        """Mean squared error of each joint relative to its motion, shape (u,) [-]."""
+        return np.asarray(np.mean(self._residual(values).reshape(-1, len(self.joints)) ** 2, axis=0))
 
     def _law(self, values: np.ndarray) -> ServoLaw:
         """Law of all joints, of which some have other gains and another delay."""
