@@ -64,6 +64,7 @@ class ServoFit:
         period: Longest sampling period of the runs [s].
         residual: Rms of the position error that the law does not explain, shape (n,) [rad].
         doubtful: Joints whose gains are not determined for another reason, shape (n,); empty: none.
+        simulated: Joints whose gains come from simulations, shape (n,); empty: none.
         measured: Whether the torque was measured; otherwise it is that of a model's bodies, and damping
             includes viscous friction.
     """
@@ -74,6 +75,7 @@ class ServoFit:
     residual: np.ndarray
     measured: bool
     doubtful: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    simulated: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
 
 def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:

@@ -54,8 +54,9 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
         return ()
     delay, spread = _delays(fit, known)
     stiffness, of_stiffness, helped = _with_common_factor(fit, file, known)
-    # The ratio of damping and stiffness is known where stiffness is not.
-    scale = np.where(helped, stiffness / fit.law.stiffness, 1.0)
+    # Simulations keep the file's ratio of damping and stiffness.
+    kept_ratio = helped & simulated(fit)
+    scale = np.where(kept_ratio, stiffness / fit.law.stiffness, 1.0)
     law = replace(fit.law, delay=delay, stiffness=stiffness, damping=scale * fit.law.damping)
     accuracy = 0.5 * ACCURACY * fit.period
     of_damping = accuracy * law.damping + UNIFORM * fit.period * stiffness / 4.0
@@ -64,10 +65,12 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
         stiffness=np.hypot(of_stiffness, accuracy * law.stiffness),
         damping=np.hypot(scale * fit.std.damping, of_damping),
     )  # fmt: skip
-    pairs = zip(helped.tolist(), doubtful(fit).tolist(), strict=True)
+    rows = zip(helped.tolist(), kept_ratio.tolist(), doubtful(fit).tolist(), strict=True)
     # A limit has no need of gains: the motion at the limit shows it.
     always = (DELAY,) if fit.measured else (DELAY, LIMIT)
-    allowed = [(*always, *(KP, KV) * by_others, *(KV,) * by_masses) for by_others, by_masses in pairs]
+    allowed = [
+        (*always, *(KP,) * by_others, *(KV,) * (ratio or by_masses)) for by_others, ratio, by_masses in rows
+    ]
     return tuple(_changes(law, std, file, known, allowed, fit.measured))
 
 
@@ -98,6 +101,11 @@ def _with_common_factor(
             stiffness[joint] = weights @ [stiffness[joint], common[joint]] / weights.sum()
             std[joint], helped[joint] = weights.sum() ** -0.5, True
     return stiffness, std, helped
+
+
+def simulated(fit: ServoFit) -> np.ndarray:
+    """Whether the gains of each joint come from simulations, shape (n,)."""
+    return fit.simulated if len(fit.simulated) else np.zeros(len(fit.law.stiffness), bool)
 
 
 def common_factor(fit: ServoFit, file: ServoLaw) -> float:

@@ -169,6 +169,7 @@ class _Search:
             self.fit,
             law=with_joints(self.fit.law, law, joints, GAINS),
             std=with_joints(self.fit.std, spread, joints, GAINS),
+            simulated=np.isin(np.arange(len(relative)), joints),
         )
 
     def _squares(self, values: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from exidyn.identification.simulation.simulate import Sensors, exact_current
 from ...parts.pages.live_frames import SENSORS, measured
 from ...parts.runs.robots import random_motion, six_axis
 
-BODY = known_parameters(4.0, com=(0.02, 0.0, 0.1))
+BODY = known_parameters(4.0, com=(0.02, 0.0, 0.1), inertia=(0.02, 0.0, 0.0, 0.02, 0.0, 0.01))
 STAMPS = 1e6
 
 
