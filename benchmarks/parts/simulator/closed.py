@@ -71,8 +71,11 @@ def _given(arm: Arm, seconds: float) -> list[tuple[str, Any]]:
 def _attached(arm: Arm, answer: Said, third: Motion) -> float:
     """Error of the file with effects attached, by exidyn's simulator on the third motion [mm].
 
+    A file to which nothing is attached needs no simulator of exidyn's, which gets commands at the rate of logs.
     It starts in the states of the real arm too: those of the log would add errors of sensors.
     """
+    if not answer.attaches:
+        return tool_error(answer.attached.decode(), arm.nominal.robot, third)
     run = Run.of(logged(arm, third, SEEDS["third"], "third"), Filtering())
     position, velocity = (
         interpolated(run.time, third.time, values) for values in (third.position, third.velocity)
