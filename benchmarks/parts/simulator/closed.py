@@ -71,7 +71,7 @@ def _given(arm: Arm, seconds: float) -> list[tuple[str, Any]]:
 def _attached(arm: Arm, answer: Said, third: Motion) -> float:
     """Error of the file with effects attached, by exidyn's simulator on the third motion [mm].
 
-    A file to which nothing is attached needs no simulator of exidyn's, which gets commands at the rate of logs.
+    A file to which nothing is attached is judged as a file: logs have commands at their own rate only.
     It starts in the states of the real arm too: those of the log would add errors of sensors.
     """
     if not answer.attaches:
