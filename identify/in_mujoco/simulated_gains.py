@@ -66,10 +66,10 @@ def with_simulated_delay(fit: ServoFit, training: Trial, law: ServoLaw) -> Servo
     In a regression, damping is nearly a delay of damping over stiffness. `law` is that of the trial's file,
     whose gains are nearly right.
     """
-    every, first = np.arange(len(law.delay)), float(np.median(np.clip(fit.law.delay, 0.0, LONGEST)))
-    start = replace(law, delay=np.full(len(every), first))
-    search = _Search(training, start, fit, every)
-    simulated = search.fitted(*search.optimum(search.start([1.0])), every)
+    joints, first = np.arange(len(law.delay)), float(np.median(np.clip(fit.law.delay, 0.0, LONGEST)))
+    start = replace(law, delay=np.full(len(joints), first))
+    search = _Search(training, start, fit, joints)
+    simulated = search.fitted(*search.optimum(search.start([1.0])), joints)
     return replace(
         fit,
         law=replace(fit.law, delay=simulated.law.delay),
