@@ -154,7 +154,8 @@ class _Search:
         """
         with_held, without = (self._squares(numbers) for numbers in (held, values))
         count = len(self.windows)
-        gain = 0.5 * count * np.log(with_held / np.maximum(without, np.finfo(float).tiny))
+        tiny = np.finfo(float).tiny
+        gain = 0.5 * count * np.log(np.maximum(with_held, tiny) / np.maximum(without, tiny))
         return np.asarray(gain - 0.5 * np.log(count) - np.log(len(FACTORS)))
 
     def fitted(self, values: np.ndarray, std: np.ndarray, joints: np.ndarray) -> ServoFit:

@@ -76,7 +76,8 @@ class _Search:
             limits = np.sort(np.append(limits, NEARER * suggested))
         squares = np.array([self._with_limit(joint, limit) for limit in limits])
         count, best = len(self.windows), int(np.argmin(squares))
-        gain = 0.5 * count * float(np.log(self.squares[joint] / squares[best]))
+        tiny = np.finfo(float).tiny  # a simulation without any error needs no limit
+        gain = 0.5 * count * float(np.log(max(self.squares[joint], tiny) / max(squares[best], tiny)))
         cost = 0.5 * np.log(count) + np.log(len(limits) * len(self.law.limit))
         if gain - cost < CERTAIN_ODDS:
             return np.inf, np.inf

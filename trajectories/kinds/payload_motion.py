@@ -160,8 +160,10 @@ def payload_plan(
         if share <= 1.0:
             details = {**motion.details, "payload": _words(payloads, share), HEAVIEST: payloads.mass}
             return replace(motion, criterion="" if poses else "focus on payload", details=details)
-        again = f"; searching again with more margin, {number + 2} of {ROUNDS}" if number + 1 < ROUNDS else ""
-        progress(f"the motion could need {100 * share:.0f} % of a torque limit with a payload{again}")
+        next_round = (
+            f"; searching again with more margin, {number + 2} of {ROUNDS}" if number + 1 < ROUNDS else ""
+        )
+        progress(f"the motion could need {100 * share:.0f} % of a torque limit with a payload{next_round}")
         margins = replace(wishes.margins, torque=1.0 - (1.0 - wishes.margins.torque) / share)
         wishes = replace(wishes, margins=margins)
     raise Infeasible(
