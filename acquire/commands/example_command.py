@@ -26,9 +26,9 @@ class Example(NamedTuple):
         purpose: Description in one line.
         folder: Default folder.
         length: Default duration of each motion [s].
-        search: Default search time of the first motion [s]; a minute finds a better motion.
         arm: Function that returns the true and the nominal arm.
-        steps: Function that returns the commands for a folder, a duration [s] and a search time [s].
+        steps: Function that returns the commands for a folder, a duration [s] and a search
+            time [s]; None for a fixed number of iterations.
         outcome: Function that returns the result as text, from the files in a folder.
         protected: Patterns of files that the example does not overwrite.
     """
@@ -36,9 +36,8 @@ class Example(NamedTuple):
     purpose: str
     folder: Path
     length: float
-    search: float
     arm: Callable[[], ExampleArm]
-    steps: Callable[[Path, float, float], list[Step]]
+    steps: Callable[[Path, float, float | None], list[Step]]
     outcome: Callable[[Path], str]
     protected: tuple[str, ...] = ("*.mcap*",)
 
@@ -48,7 +47,6 @@ NAMED = {
         "nominal drive gains that are 10 % too large: excite, record, identify",
         Path("exidyn-example"),
         40.0,
-        20.0,
         example_gains.arm,
         example_gains.steps,
         example_gains.outcome,
@@ -57,7 +55,6 @@ NAMED = {
         "a spring balancer that the model lacks: excite, record, identify, diagnose, simulate, export",
         Path("exidyn-example-balancer"),
         30.0,
-        10.0,
         example_balancer.arm,
         example_balancer.steps,
         example_balancer.outcome,
@@ -66,7 +63,6 @@ NAMED = {
         "robot.toml and log.csv of a simulated arm, to try commands on; runs nothing",
         Path("exidyn-example-files"),
         20.0,
-        5.0,
         example_files.arm,
         example_files.steps,
         example_files.outcome,
@@ -76,7 +72,6 @@ NAMED = {
         "arm.xml (MJCF) and robot.toml of an arm of servos without current; runs nothing",
         Path("exidyn-example-servos"),
         20.0,
-        5.0,
         example_servos.arm,
         example_servos.steps,
         example_servos.outcome,
@@ -114,7 +109,7 @@ def _each(field: str) -> str:
         ),
         Option(
             "--search S",
-            f"search time of the motion; default: {_each('search')}",
+            "search time of the first motion; default: a fixed number of iterations",
             valid_if(lambda time: time > 0, "is not a search time; give more than 0 s", any_number),
         ),
         Option("--commands", "only write the robot files, and print the commands instead of running them"),
@@ -128,7 +123,7 @@ def example_command(args: Namespace) -> None:
     if not args.commands:
         _require_empty(folder, example.protected)
     example.arm().write(folder)
-    steps = example.steps(folder, args.length or example.length, args.search or example.search)
+    steps = example.steps(folder, args.length or example.length, args.search)
     if args.commands:
         print("\n".join(map(str, steps)))
         return

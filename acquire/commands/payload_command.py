@@ -173,7 +173,7 @@ def _plan(args: Namespace) -> None:
     page = [summary(motion, uses, beyond)]
     if motion.reached > OPEN:
         page += paragraph(
-            "This motion would not determine the payload: its mean relative deviation is "
+            "This motion would not determine the payload: its mean relative standard deviation is "
             f"{digits(motion.reached, 2)}, limit {OPEN:g}. Try a larger --length or --search.",
             "  ",
             "  ",

@@ -20,8 +20,9 @@ BODY = known_parameters(MASS, CENTER, INERTIA)
 """True parameters of the payload; the stated ones may differ."""
 NOMINAL, TRUTH, LOADED = "robot.toml", "truth.toml", "truth-loaded.toml"
 """Files of the nominal arm, the true arm, and the true arm with its payload."""
-LEAST = 5.0
-"""Search time of motions that need not be optimal [s]."""
+ITERATIONS, LEAST = 100, 25
+"""Iterations of each start of a search, and those for motions that need not be optimal. Unlike a time, they
+lead to the same motion on a slow or busy computer."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,24 @@ def step(command: str, *arguments: str | Path | float) -> Step:
     return Step(command, tuple(f"{a:g}" if isinstance(a, float) else str(a) for a in arguments))
 
 
-def excited(folder: Path, name: str, length: float, search: float, *more: str | float) -> Step:
-    """Command that plans a motion of a duration [s] within a search time [s] in folder/name.toml."""
-    options = "--length", length, *more, "--search", search
+def excited(
+    folder: Path, name: str, length: float, search: float | None, *more: str | float, least: bool = False
+) -> Step:
+    """Command that plans a motion of a duration [s] in folder/name.toml.
+
+    Args:
+        folder: Folder of the robot file and the plan.
+        name: Name of the plan.
+        length: Duration of the motion [s].
+        search: Search time [s]; None searches for a fixed number of iterations.
+        more: Further options.
+        least: Whether the motion need not be optimal, so that a quarter of the search is enough.
+    """
+    share = LEAST / ITERATIONS if least else 1.0
+    budget = (
+        ("--iterations", LEAST if least else ITERATIONS) if search is None else ("--search", search * share)
+    )
+    options = "--length", length, *more, *budget
     return step("excite", folder / NOMINAL, *options, "--output", folder / f"{name}.toml")
 
 

@@ -13,7 +13,7 @@ from exidyn.identification.fit.verdict import NORMAL_95
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import at_point, digits, page_width, paragraph, percent, table
 
-from .example_arm import CENTER, INERTIA, LEAST, MASS, NOMINAL, ExampleArm, Step, excited, recorded, step
+from .example_arm import CENTER, INERTIA, MASS, NOMINAL, ExampleArm, Step, excited, recorded, step
 from .example_result import EFFECT, IMPROVED, Result, Spring
 
 COLUMNS = {
@@ -35,19 +35,18 @@ def arm() -> ExampleArm:
     return ExampleArm(truth, replace(truth, effects=others, stated=stated))
 
 
-def steps(folder: Path, length: float, search: float) -> list[Step]:
+def steps(folder: Path, length: float, search: float | None) -> list[Step]:
     """Excite, record, identify, diagnose, improve the model, simulate both models, compare, export.
 
     Only the unloaded arm reaches all positions in which the balancer pulls. The loaded run with a fully known
     payload determines the arm's own masses, which otherwise resemble a spring.
     """
     body = "--mass", MASS, "--com", *CENTER
-    least = min(search, LEAST)
     runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", "--validate", folder / "other.mcap"
     return [
         excited(folder, "trajectory", length, search),
-        excited(folder, "loaded", length, least, *body),
-        excited(folder, "other", length, least, "--seed", "7"),
+        excited(folder, "loaded", length, search, *body, least=True),
+        excited(folder, "other", length, search, "--seed", "7", least=True),
         recorded(folder, "unloaded", "trajectory", 1),
         recorded(folder, "loaded", "loaded", 2, *body, "--inertia", *INERTIA),
         recorded(folder, "other", "other", 3),

@@ -47,7 +47,7 @@ def arm() -> ExampleArm:
     return ArmWithLog(as_built(nominal), nominal)
 
 
-def steps(_folder: Path, _length: float, _search: float) -> list[Step]:
+def steps(_folder: Path, _length: float, _search: float | None) -> list[Step]:
     """No steps: the user runs the commands."""
     return []
 

@@ -11,7 +11,7 @@ from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import at_point, digits, table
 
-from .example_arm import LEAST, MASS, TRUTH, ExampleArm, Step, excited, recorded, step
+from .example_arm import CENTER, MASS, TRUTH, ExampleArm, Step, excited, recorded, step
 
 GAIN_ERROR = 0.1
 """Relative error of the nominal drive gains; the paper found data sheets 8 to 19 % off."""
@@ -25,13 +25,13 @@ def arm() -> ExampleArm:
     return ExampleArm(truth, replace(truth, robot=wrong))
 
 
-def steps(folder: Path, length: float, search: float) -> list[Step]:
-    """Excite, record, identify; only the mass of the payload is stated."""
+def steps(folder: Path, length: float, search: float | None) -> list[Step]:
+    """Excite, record, identify. The plan needs the payload's center for its torque limits, not the fit."""
     mass = "--mass", MASS
     runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", *mass
     return [
-        excited(folder, "trajectory", length, search, *mass),
-        excited(folder, "other", length, min(search, LEAST), "--seed", "7"),
+        excited(folder, "trajectory", length, search, *mass, "--com", *CENTER),
+        excited(folder, "other", length, search, "--seed", "7", least=True),
         recorded(folder, "unloaded", "trajectory", 1),
         recorded(folder, "loaded", "trajectory", 2, *mass),
         recorded(folder, "other", "other", 3),

@@ -89,7 +89,7 @@ def _real(nominal: Model) -> Model:
     return as_built(Model(robot, (*nominal.effects, friction), stated))
 
 
-def steps(_folder: Path, _length: float, _search: float) -> list[Step]:
+def steps(_folder: Path, _length: float, _search: float | None) -> list[Step]:
     """No steps: the user runs the commands."""
     return []
 

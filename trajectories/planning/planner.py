@@ -157,9 +157,12 @@ def _condition(goal: Goal, result: SearchResult, limits: Limits, wishes: Wishes)
 
 
 def _bodies(wishes: Wishes) -> dict[str, str]:
-    """The payloads of the runs, if there are several."""
+    """The payloads of the runs, if there are several, and those whose center of mass is a guess."""
     masses = [f"{dict(known)['M']:g} kg" for known in wishes.bodies]
-    return {"bodies": ", ".join(masses)} if len(masses) > 1 else {}
+    guessed = [mass for mass, known in zip(masses, wishes.bodies, strict=True) if "MX" not in dict(known)]
+    return ({"bodies": ", ".join(masses)} if len(masses) > 1 else {}) | (
+        {"payload": f"center of mass of {' and '.join(guessed)} {GUESSED}"} if guessed else {}
+    )
 
 
 def _nearest(run: Run, wishes: Wishes) -> dict[str, str]:
@@ -188,6 +191,10 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     return f"focus on {' '.join(wishes.in_focus)}" if name == "focus" else name
 
 
+GUESSED = (
+    "guessed, on the flange's z axis: with another center the torque can exceed its limits; --com states it"
+)
+"""Why a plan for a mass alone is not safe for every payload."""
 PHASES = 40
 """Number of phases of the period at which to begin; the state changes little from one to the next."""
 TRIED = 6

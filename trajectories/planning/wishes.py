@@ -31,7 +31,7 @@ class Wishes:
 
     Attributes:
         criterion: A name in `CRITERIA`; None for the default: the drive gains if there are payloads, the
-            worst relative deviation after a fit, else the condition number.
+            worst relative standard deviation after a fit, else the condition number.
         harmonics: Number of harmonics of each joint.
         period: Base period [s]; several are tried by default.
         seconds: Duration of the exciting part, rounded up to full periods [s].

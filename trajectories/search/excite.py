@@ -72,8 +72,8 @@ def excite(
             results.append(outcome)
             best = min(results, key=lambda result: result.value)
             progress(
-                f"start {len(results) + len(misses)} of {starts}: {goal.words(outcome.value)}; "
-                f"best {goal.words(best.value)}"
+                f"start {len(results) + len(misses)} of {starts}: {goal.words(outcome.value)}, "
+                f"best {goal.reached(best.value):.4g}"
             )
 
     run_all(_run_start, tasks, seconds, executor, note, _throttled(goal, progress))

@@ -102,7 +102,7 @@ class Goal(Protocol):
         """
 
     def reached(self, value: float) -> float:
-        """Value of the last objective as a condition number, relative deviation or probability."""
+        """Value of the last objective as a condition number, relative standard deviation or probability."""
 
     def words(self, value: float) -> str:
         """Value of the last objective in words."""
@@ -163,9 +163,9 @@ class Identify:
 
 MEANING = {
     "condition": "condition number",
-    "volume": "mean relative deviation",
-    "average": "root mean square relative deviation",
-    "worst": "worst relative deviation",
-    "focus": "mean relative deviation of the selected parameters",
+    "volume": "mean relative standard deviation",
+    "average": "root mean square relative standard deviation",
+    "worst": "worst relative standard deviation",
+    "focus": "mean relative standard deviation of the parameters in focus",
 }
 """Meaning of the exponential of a criterion's value, by name of the criterion."""

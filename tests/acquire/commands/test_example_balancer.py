@@ -41,7 +41,7 @@ def result(tmp_path_factory):
     example_balancer.arm().write(folder)
     for seed, name in enumerate(("trajectory", "loaded", "other")):
         write_motion(folder, name, seed)
-    run([one for one in example_balancer.steps(folder, 20.0, 1.0) if one.command != "excite"])
+    run([one for one in example_balancer.steps(folder, 20.0, None) if one.command != "excite"])
     return Result.read(folder)
 
 
@@ -108,7 +108,7 @@ def test_commands_are_printed_as_they_would_be_run(tmp_path, capsys):
     folder = tmp_path / "with space"
     assert main(["example", "balancer", "--commands", "--output", str(folder)]) == 0
     lines = [shlex.split(line) for line in capsys.readouterr().out.splitlines()]
-    expected = example_balancer.steps(folder, 30.0, 10.0)
+    expected = example_balancer.steps(folder, 30.0, None)
     assert lines == [["exidyn", one.command, *one.arguments] for one in expected]
     assert {"robot.toml", "truth.toml", "truth-loaded.toml"} == {path.name for path in folder.iterdir()}
 

@@ -83,7 +83,7 @@ def test_a_pair_after_a_fit_and_several_at_once(robot, tmp_path, capsys):
     assert excite(robot, "--after", str(tmp_path / "fit.json"), "--trajectories", "2")[0] == 0
     plans = [read_plan(tmp_path / "made" / f"trajectory-{k}.toml") for k in (1, 2)]
     assert {plan.criterion for plan in plans} == {"worst"}
-    assert "worst relative deviation" in capsys.readouterr().out
+    assert "worst relative standard deviation" in capsys.readouterr().out
 
 
 def test_a_region_is_kept(robot, tmp_path):

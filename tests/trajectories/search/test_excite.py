@@ -195,7 +195,7 @@ def test_the_best_of_several_starts_is_returned_and_all_are_reported():
     assert best.value == min(one.value for one in singles)
     assert best.seed == min(singles, key=lambda one: one.value).seed
     assert [line.split(":")[0] for line in text] == [f"start {k} of 2" for k in (1, 2)]
-    assert text[-1].endswith(f"best mean relative deviation {np.exp(best.value):.4g}")
+    assert text[-1].endswith(f", best {np.exp(best.value):.4g}")
 
 
 @pytest.mark.parametrize("cores", [1, 4])

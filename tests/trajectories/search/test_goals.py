@@ -227,11 +227,14 @@ def test_words_name_the_criterion():
     text = {name: goal(criterion=c).words(np.log(2.5)) for name, c in CRITERIA.items()}
     assert text == {
         "condition": "condition number 2.5",
-        "volume": "mean relative deviation 2.5",
-        "average": "root mean square relative deviation 2.5",
-        "worst": "worst relative deviation 2.5",
+        "volume": "mean relative standard deviation 2.5",
+        "average": "root mean square relative standard deviation 2.5",
+        "worst": "worst relative standard deviation 2.5",
     }
-    assert goal(criterion=Focus((1,))).words(0.0) == "mean relative deviation of the selected parameters 1"
+    assert (
+        goal(criterion=Focus((1,))).words(0.0)
+        == "mean relative standard deviation of the parameters in focus 1"
+    )
 
 
 def test_payloads_are_those_of_the_experiment():
