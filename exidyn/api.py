@@ -177,7 +177,8 @@ def identify(
         payload: Further runs to fit, in which the arm carries a payload.
         mass: Mass of the payload in the `payload` runs [kg]; without such runs, in the run `t`, `q`.
         com: Center of mass of that payload in the flange frame, shape (3,) [m].
-        options: drop, fitted_shapes, progress: see `exidyn.identification.fit.identification.identify`.
+        options: drop, fitted_shapes, repeat, progress; see
+            `exidyn.identification.fit.identification.identify`.
 
     Example:
         >>> fit = ex.identify(t=t, q=q, torque=torque, urdf="arm.urdf")

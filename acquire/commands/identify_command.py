@@ -73,6 +73,7 @@ STAGES = {
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),
+        Option("--repeat", "also fit each run, or part of a run, alone, and compare their parameters"),
         *filters(),
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
@@ -104,6 +105,7 @@ def _identify(args: Namespace, progress: Stopwatch) -> None:
         drop=not args.keep_all,
         fitted_shapes=args.shapes,
         as_recorded=args.as_recorded,
+        repeat=args.repeat,
         progress=progress,
     )
     progress.close()

@@ -16,6 +16,7 @@ from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
 from .methods import FitMethods
+from .repeatability import Repeatability
 
 
 class Moved(NamedTuple):
@@ -74,6 +75,7 @@ class Fit(FitMethods, InNotebook):
             None if there are none, or in files that predate the key.
         gear_friction_bias: Bias of the values per friction over transmitted torque of each joint, shape
             (b, n); None if unknown, see `gear_friction_bias.py`, or in files that predate the key.
+        repeatability: Agreement of the parameters between runs; None if it was not asked for.
     """
 
     model: Model
@@ -102,6 +104,7 @@ class Fit(FitMethods, InNotebook):
     standstill: np.ndarray | None = None
     edits: Mapping[str, str] = field(default_factory=dict)
     gear_friction_bias: np.ndarray | None = None
+    repeatability: Repeatability | None = None
 
     @property
     def gains_unstated(self) -> bool:

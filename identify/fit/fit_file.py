@@ -112,6 +112,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "unclear": [asdict(u) for u in fit.unclear],
         "warnings": list(fit.warnings),
         "suspicions": list(fit.suspicions),
+        "repeatability": None if fit.repeatability is None else asdict(fit.repeatability),
         "agreement": [_scores(a) for a in fit.agreement],
         "validation": [_scores(a) for a in fit.validation],
         "model": model_text(fit.model).split("\n"),
@@ -200,6 +201,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
         carried=file.carried,
         edits=file.edits,
         simulations=file.simulations,
+        repeatability=file.repeatability,
         # None if no consistent values were found, or in files that predate the key.
         exported=None if kept_rows[0].exported is None else np.array([r.exported for r in kept_rows], float),
     )

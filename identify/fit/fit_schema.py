@@ -23,6 +23,7 @@ from ..schema import (
     check_rows,
 )
 from .fit import Unclear
+from .repeatability import Repeatability
 
 Measures = Literal["current", "torque"]
 
@@ -100,6 +101,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     validation: tuple[ScoresRow, ...] = ()
     model: tuple[str, ...]
     suspicions: tuple[str, ...] = ()
+    repeatability: Repeatability | None = None
 
     def __post_init__(self) -> None:
         check(self.warnings is not None or self.doubts is not None, "warnings", None, "a list of sentences")

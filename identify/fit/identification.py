@@ -35,6 +35,7 @@ from .fit import Fit
 from .fit_warnings import excitation_warnings, fit_warnings, repeated_motions, repeated_runs, unclear
 from .gear_friction_bias import gear_friction_bias
 from .identified import exported
+from .repeatability import repeatability
 from .settled_gains import as_uncertain, unsupported
 from .shapes import fit_shapes
 
@@ -58,6 +59,7 @@ def identify(
     drop: bool = True,
     fitted_shapes: Sequence[str] = (),
     as_recorded: bool = False,
+    repeat: bool = False,
     progress: Progress = lambda _: None,
 ) -> Fit:
     """Identify base parameters, and drive gains if a payload is known.
@@ -72,6 +74,7 @@ def identify(
         drop: Whether to leave out base parameters that the data do not support.
         fitted_shapes: Keys in `EFFECTS` of effects whose shapes are fitted to the runs first.
         as_recorded: Whether to use columns, units and signs as they are stated, without a check.
+        repeat: Whether to compare the parameters of runs, or of parts of few runs, with each other.
         progress: Function that is called with a sentence at each stage.
 
     Raises:
@@ -87,7 +90,7 @@ def identify(
     # fit of 20 s of seven joints took ten times as long with two threads as with one.
     with threadpool_limits(limits=1):
         return _identify(
-            runs, validate, model, estimator, filtering, drop, fitted_shapes, as_recorded, progress
+            runs, validate, model, estimator, filtering, drop, fitted_shapes, as_recorded, repeat, progress
         )
 
 
@@ -100,6 +103,7 @@ def _identify(
     drop: bool,
     fitted_shapes: Sequence[str],
     as_recorded: bool,
+    repeat: bool,
     progress: Progress,
 ) -> Fit:
     recordings = [check_alive(check(run)) for run in (*runs, *validate)]
@@ -128,6 +132,11 @@ def _identify(
         estimator = maximum_likelihood if gains else weighted
     fit = _fit(model, equations, solvable(estimator), used, drop, filtering)
     progress(StageText("compare", "compare with the runs"))
+    if repeat:
+        by_column = dict(zip(fit.base.kept, fit.estimate.values, strict=True))
+        values = np.array([by_column.get(column, 0.0) for column in base.kept])
+        compared = repeatability(model, equations, fit.estimate.gain, values, used, recordings[: len(runs)])
+        fit = replace(fit, repeatability=compared)
     warnings = (
         *fit_warnings(fit),
         *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),

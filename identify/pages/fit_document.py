@@ -38,7 +38,7 @@ from ..fit.verdict import (
 )
 from ..model import Model
 from ..text_table import NORMAL_95, digits
-from .fit_parameters import parameters_section
+from .fit_parameters import parameters_section, unit_head
 from .fit_plots import (
     ROOM_TEMPERATURE,
     friction_plot,
@@ -47,6 +47,7 @@ from .fit_plots import (
     share_bar,
     torque_plot,
 )
+from .repeatability_section import repeatability_section
 from .svg import COLUMNS
 
 STRETCHES = 20_000
@@ -87,6 +88,11 @@ def fit_sections(fit: Fit) -> list[Section]:
         Section("gains", "Drive gains", _gains(fit)),
         parameters_section(fit),
         Section("runs", "Runs", _runs(fit)),
+        *(
+            [repeatability_section(fit.repeatability, unit_head(fit))]
+            if fit.repeatability is not None
+            else []
+        ),
         Section("friction", "Friction", _friction(fit), detail=True),
         Section("conditioning", "Conditioning", _conditioning(fit), detail=True),
         Section("structure", "Composition of base parameters", _structure(fit)),

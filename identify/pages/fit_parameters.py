@@ -30,6 +30,12 @@ def parameters_section(fit: Fit) -> Section:
     return Section("parameters", "Parameters", [*blocks, *_open(fit), *_dropped(fit), *_moved(fit)])
 
 
+def unit_head(fit: Fit) -> str:
+    """Head of a column of units; values are per unit of the drive gain if that is unknown."""
+    per = ", ".join(dict.fromkeys(fit.model.robot.units("N m/A")))
+    return f"unit/({per})" if fit.unscaled else "unit"
+
+
 def _table(fit: Fit) -> Table:
     """One row per parameter, below the name of its effect."""
     names = [fit.base.parameters[column].name for column in fit.base.kept]
@@ -45,9 +51,7 @@ def _table(fit: Fit) -> Table:
             for place, name in enumerate(names)
             if effects[name] == effect
         ]
-    per = ", ".join(dict.fromkeys(fit.model.robot.units("N m/A")))
-    unit = f"unit/({per})" if fit.unscaled else "unit"
-    head = ["name", "value", "± 95 %", unit, "nominal", "± 95 %", "note", "against nominal"]
+    head = ["name", "value", "± 95 %", unit_head(fit), "nominal", "± 95 %", "note", "against nominal"]
     return Table(head, rows, words=(3, 6, 7))
 
 
