@@ -165,7 +165,7 @@ def _alone(equations: Equations, rows: slice) -> tuple[np.ndarray, np.ndarray]:
     absent = np.flatnonzero(~np.any(part.regressor, axis=(0, 1)))
     try:
         with np.errstate(divide="ignore", invalid="ignore"):
-            estimate = weighted(part.without(absent))
+            estimate = weighted(part.without(absent.tolist()))
     except (NotExcited, FitError, np.linalg.LinAlgError):
         return values, std
     present = np.setdiff1d(np.arange(len(values)), absent)
