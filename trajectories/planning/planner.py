@@ -161,7 +161,7 @@ def _bodies(wishes: Wishes) -> dict[str, str]:
     masses = [f"{dict(known)['M']:g} kg" for known in wishes.bodies]
     guessed = [mass for mass, known in zip(masses, wishes.bodies, strict=True) if "MX" not in dict(known)]
     return ({"bodies": ", ".join(masses)} if len(masses) > 1 else {}) | (
-        {"payload": f"center of mass of {' and '.join(guessed)} {GUESSED}"} if guessed else {}
+        {"center": f"{GUESSED} for {' and '.join(guessed)}; {UNSAFE}"} if guessed else {}
     )
 
 
@@ -191,9 +191,8 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     return f"focus on {' '.join(wishes.in_focus)}" if name == "focus" else name
 
 
-GUESSED = (
-    "guessed, on the flange's z axis: with another center the torque can exceed its limits; --com states it"
-)
+GUESSED = "guessed on the flange's z axis"
+UNSAFE = "with another center of mass the torque can exceed its limits, so state it with --com"
 """Why a plan for a mass alone is not safe for every payload."""
 PHASES = 40
 """Number of phases of the period at which to begin; the state changes little from one to the next."""

@@ -15,7 +15,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.goals import NOISE, identification_goal, learned, nominal_noise
-from exidyn.trajectories.planning.planner import GUESSED, plan
+from exidyn.trajectories.planning.planner import GUESSED, UNSAFE, plan
 from exidyn.trajectories.planning.wishes import Wishes, periods_of
 from exidyn.trajectories.search.criteria import Focus, average, condition, worst
 from exidyn.trajectories.search.torque_bound import TorqueBound
@@ -87,7 +87,7 @@ def test_a_pair_keeps_to_the_torque_limit_unloaded_and_loaded():
     of = replace(two_joints.model(), robot=weak)
     (one,) = planned(replace(WISHES, bodies=(BODY,), criterion="volume"), of)
     assert one.payload_pair
-    assert "payload" not in one.details
+    assert "center" not in one.details
     goal = identification_goal(of, replace(WISHES, bodies=(BODY,)), usable(weak).limits)
     assert goal.payloads == ("", "L")
     assert [name for name in goal.experiment.base.names if name.startswith("gain")] == ["gain1", "gain2"]
@@ -113,7 +113,7 @@ def test_one_motion_keeps_to_the_torque_limits_with_each_of_several_bodies():
 def test_a_plan_for_a_mass_alone_says_that_the_center_is_a_guess():
     bodies = (BODY, known_parameters(4.0))
     (plan,) = planned(replace(WISHES, bodies=bodies, period=2.0, harmonics=1, criterion="volume"))
-    assert plan.details["payload"] == f"center of mass of 4 kg {GUESSED}"
+    assert plan.details["center"] == f"{GUESSED} for 4 kg; {UNSAFE}"
 
 
 def test_a_focus_is_on_what_is_named():
