@@ -15,6 +15,8 @@ import numpy as np
 from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.files.report_files import read_result
 from exidyn.acquire.files.simulated_arm import simulated_arm
+from exidyn.acquire.run.expected_fit import ExpectedFit
+from exidyn.acquire.run.expected_fit import expected_fit as _expected_fit
 from exidyn.acquire.run.simulated import simulated
 from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.contact.contact import Contact
@@ -50,9 +52,10 @@ from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan
 
 __all__ = [
-    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "Fit", "Gap", "Model",
-    "Observer", "PayloadEstimate", "Plan", "Recording", "compare", "contact", "diagnose", "gap", "identify",
-    "load", "payload", "plan", "read", "read_all", "read_fit", "report", "robot", "simulate",
+    "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "ExpectedFit", "Fit", "Gap",
+    "Model", "Observer", "PayloadEstimate", "Plan", "Recording", "compare", "contact", "diagnose",
+    "expected_fit", "gap", "identify", "load", "payload", "plan", "read", "read_all", "read_fit", "report",
+    "robot", "simulate",
 ]  # fmt: skip
 
 Run = Any
@@ -319,6 +322,36 @@ def simulate(
     )
     planned = plan if isinstance(plan, Plan) else read_plan(Path(plan))
     return simulated(arm, planned, arm, payload, gears, tick=tick, seed=seed, exact=exact)
+
+
+def expected_fit(
+    robot: Arm,
+    plan: Plan | Path | str | Sequence[Plan | Path | str],
+    *,
+    mass: float | None = None,
+    com: Sequence[float] | None = None,
+    seed: int = 0,
+) -> ExpectedFit:
+    """What planned motions would determine, and how well: a fit of runs on a simulated arm.
+
+    Args:
+        robot: The arm; the simulated one has values off by up to their tolerances.
+        plan: One planned motion or several.
+        mass: Mass of a payload with which each motion is run as well [kg].
+        com: Its center of mass in the flange frame, shape (3,) [m].
+        seed: Seed of the sensors' noise.
+
+    Example:
+        >>> expected = ex.expected_fit("robot.toml", "trajectory.toml")
+        >>> expected.sentences, expected.open
+
+    Raises:
+        ExidynError: The arm cannot be simulated, or the motions are too poor to identify it.
+    """
+    sources = [plan] if isinstance(plan, Plan | Path | str) else list(plan)
+    plans = [source if isinstance(source, Plan) else read_plan(Path(source)) for source in sources]
+    bodies = [] if mass is None else [known_parameters(mass, com)]
+    return _expected_fit(plans, _robot(robot), bodies, seed=seed)
 
 
 def compare(simulated: Run, recorded: Run, robot: Arm | None = None) -> Comparison:

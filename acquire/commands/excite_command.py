@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,7 @@ from exidyn.trajectories.search.criteria import CRITERIA
 from ..arguments.command import Command, Group, Option, WrongUse, any_number, integer, positive
 from ..arguments.options import (
     CELL,
+    CHECK,
     JSON,
     NO_COLLISION,
     PACKAGES,
@@ -41,6 +42,7 @@ from ..arguments.options import (
     require_json,
 )
 from ..files.clearances import read_clearances
+from ..run.expected_fit import ExpectedFit, expected_fit
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
@@ -155,6 +157,7 @@ LIMITS = (
                 Option("--seed N", "seed of the first start", integer, 0),
             ),
         ),
+        CHECK,
     ),
 )
 def excite_command(args: Namespace) -> None:
@@ -170,6 +173,7 @@ def excite_command(args: Namespace) -> None:
         plans, distinguished = _planned(args, model, progress)
         loaded, _ = with_bodies(model, _bodies(args))
         checked = [_checked(motion, loaded, progress) for motion in plans]
+        expected = _expected(args, plans, model, progress)
     pages, tables = [], []
     for motion, (uses, beyond), path in zip(plans, checked, _paths(args.output, len(plans)), strict=True):
         write_plan(motion, path)
@@ -177,7 +181,17 @@ def excite_command(args: Namespace) -> None:
         pages.append(f"written: {path}; exidyn show {path} --robot {args.robot} draws it")
         tables.append(plan_table(motion, uses, beyond) | {"written": str(path)})
     table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
+    if expected is not None:
+        pages += _wrapped(expected.sentences)
+        table["expected"] = asdict(expected)
     hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), args.json)
+
+
+def _expected(args: Namespace, plans: Sequence[Plan], model: Model, progress: Progress) -> ExpectedFit | None:
+    """How well the motions determine a simulated arm; None unless it was asked for."""
+    if not args.check:
+        return None
+    return expected_fit(plans, model, _bodies(args), progress=progress)
 
 
 def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:

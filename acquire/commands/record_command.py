@@ -14,6 +14,7 @@ from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.surroundings import read_surroundings
 from exidyn.identification.simulation.simulate import as_built
+from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
@@ -25,6 +26,7 @@ from ..arguments.controllers import read_controller
 from ..arguments.options import (
     BODY,
     CELL,
+    CHECK,
     JSON,
     NAME,
     NO_COLLISION,
@@ -48,6 +50,7 @@ from ..files.clearances import read_clearances, sources_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
 from ..run.before import CheckedPlan, StartRules, check_plan, require_clear
+from ..run.expected_fit import expected_fit
 from ..run.perform import Job, Outcome
 from ..run.pipe import PipeSink
 from ..run.recorder import require_free
@@ -67,6 +70,7 @@ MOTION = (
     CELL,
     Option("--dry-run", "only rehearse on the mock, and record the rehearsal"),
     Option("--no-rehearsal", "do not rehearse on the mock first"),
+    CHECK,
 )
 VIEW = (
     Option("--view", "show the run in Rerun's viewer"),
@@ -141,6 +145,12 @@ def record_command(args: Namespace) -> int:
         print("the controller answers; rehearsing on a simulated arm", file=sys.stderr)
         payload_name = payload.name if payload else ""
         rehearse(job, ready.model, _cycle(driver, ready), payload_name, start_progress(job.motion.duration))
+    if args.check:
+        expected = expected_fit(
+            [plan], read_model(args.robot), [payload.known] if payload else [], speed=args.speed
+        )
+        for sentence in expected.sentences:
+            print("\n".join(paragraph(sentence)), file=sys.stderr)
     confirm(driver.simulated, args.yes)
     # Prepared before the loop, which has no time for it; the trajectory is stored at full speed.
     head = partial(
