@@ -50,6 +50,8 @@ usual hour between false alarms on, the extrapolation is short."""
         ),
         output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
+        Option("--view", "show torques, and the force on the moving arm, in Rerun's viewer"),
+        Option("--save FILE", "save that view as a file (.rrd)", Path),
     ),
     """With --payload none, a payload is an external force: its weight is what the
 flange force shows. A payload that the recording states and the fit does not have
@@ -59,6 +61,8 @@ def contact_command(args: Namespace) -> None:
     """Print the contacts, and write the estimates."""
     require_json(args.json)
     fit = read_fit(args.fit)
+    if args.save:
+        require_file(args.save, "--save", [args.run, args.fit, *args.free])
     if args.output is not None:
         if args.output.suffix != ".csv":
             raise RecordingError(f"--output {args.output}: the name must end in .csv")
@@ -76,6 +80,14 @@ def contact_command(args: Namespace) -> None:
     hand_over("\n".join(_page(fit, result)), json_text(_table(fit, result, written)), args.json)
     if written:
         print_written(*written)
+    if args.view or args.save:
+        from ..views.contact_view import contact_view  # Rerun takes a second to import
+        from ..views.live_view import Targets
+        from ..views.viewers import show
+
+        show(contact_view(result, fit.model, _unit(fit)), Targets(view=args.view, save=args.save))
+        if args.save:
+            print_written(args.save)
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:

@@ -15,7 +15,7 @@ import pinocchio as pin
 from ..arm.robot import Robot
 
 LEVER = 0.1
-"""Length by which moments are scaled [m]: about the size of a flange or a tool."""
+"""Length by which moments are scaled, over the reach of the arm [-]: about that of a tool."""
 DAMPED = 0.05
 """Singular value, over the largest, below which a direction is damped [-]."""
 
@@ -30,9 +30,10 @@ def flange_wrenches(robot: Robot, position: np.ndarray, torque: np.ndarray, scal
         scale: Standard deviations of the torques, shape (t, n) [N m].
     """
     data, wrenches = robot.kinematics.createData(), np.full((len(torque), 6), np.nan)
+    lever = LEVER * reach(robot)
     for row in np.flatnonzero(np.all(np.isfinite(torque) & np.isfinite(scale), axis=1)):
         jacobian = flange_jacobian(robot, data, position[row])
-        wrenches[row] = damped_wrench(jacobian, torque[row], scale[row])
+        wrenches[row] = damped_wrench(jacobian, torque[row], scale[row], lever)
     return wrenches
 
 
@@ -47,10 +48,19 @@ def flange_jacobian(robot: Robot, data: pin.Data, position: np.ndarray) -> np.nd
     return np.concatenate([moved, jacobian[3:]])
 
 
-def damped_wrench(jacobian: np.ndarray, torque: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Force and moment, shape (6,), that explain external torques (n,) with standard deviations (n,)."""
+def reach(robot: Robot) -> float:
+    """Sum of the distances from joint to joint and to the flange [m]; 1 if all of them are zero."""
+    places = [*robot.kinematics.jointPlacements, robot.flange]
+    return float(sum(np.linalg.norm(place.translation) for place in places)) or 1.0
+
+
+def damped_wrench(jacobian: np.ndarray, torque: np.ndarray, scale: np.ndarray, lever: float) -> np.ndarray:
+    """Force and moment, shape (6,), that explain external torques (n,) with standard deviations (n,).
+
+    Moments are scaled by `lever` [m].
+    """
     parts = 6 if len(torque) >= 6 else 3
-    lengths = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])[:parts]
+    lengths = np.array([1.0, 1.0, 1.0, lever, lever, lever])[:parts]
     rows = jacobian[:parts].T * lengths / scale[:, None]
     rotation, singular, directions = np.linalg.svd(rows, full_matrices=False)
     inverse = singular / np.maximum(np.maximum(singular, DAMPED * singular[0]) ** 2, 1e-300)

@@ -4,8 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.contact.wrench import damped_wrench, flange_jacobian, flange_wrenches
+from exidyn.identification.effects import Payload, known_parameters
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.robots import six_axis
 from ...parts.small import two_joints
@@ -30,7 +33,9 @@ def test_a_wrench_is_recovered_whatever_the_scale():
         turn, _ = np.linalg.qr(random.normal(size=(6, 6)))
         jacobian = np.diag([1.0, 1.0, 1.0, 10.0, 10.0, 10.0]) @ turn @ np.diag(random.uniform(0.5, 1.5, 6))
         scale = np.exp(0.2 * random.normal(size=6))
-        np.testing.assert_allclose(damped_wrench(jacobian, jacobian.T @ wrench, scale), wrench, rtol=1e-9)
+        np.testing.assert_allclose(
+            damped_wrench(jacobian, jacobian.T @ wrench, scale, 0.1), wrench, rtol=1e-9
+        )
 
 
 def test_wrenches_of_an_arm_explain_its_torques():
@@ -49,9 +54,23 @@ def test_near_a_singular_pose_the_force_stays_small_and_other_directions_keep_th
     jacobian[3:] *= 10.0  # the lever of moments
     for weak in (1e-3, 1e-6, 0.0):
         jacobian[2, 2] = weak
-        wrench = damped_wrench(jacobian, np.array([2.0, 3.0, 0.01, 0.0, 0.0, 0.0]), np.ones(6))
+        wrench = damped_wrench(jacobian, np.array([2.0, 3.0, 0.01, 0.0, 0.0, 0.0]), np.ones(6), 0.1)
         np.testing.assert_allclose(wrench[:2], [2.0, 3.0], rtol=1e-9)
         assert abs(wrench[2]) <= 0.01 / 0.05
+
+
+def test_a_large_arm_shows_the_weight_of_a_heavy_tool():
+    model = read_model("kr270")
+    tool = model + Payload("L", known_parameters(175.0, (0.05, 0.03, -0.22)))
+    random, robot = np.random.default_rng(2), model.robot
+    q = random.uniform(robot.limits.position_lower, robot.limits.position_upper, (200, 6))
+    still = Motion.of(np.zeros(200), q, np.zeros_like(q), np.zeros_like(q), payload="L")
+    torque = -tool.effects[-1].known_torque(robot, still)
+    wrenches = flange_wrenches(
+        robot, q, torque, np.array([9.0, 13.0, 9.0, 3.5, 3.2, 3.3]) * np.ones((200, 1))
+    )
+    assert np.median(wrenches[:, 2]) == pytest.approx(-175.0 * 9.81, rel=0.02)
+    assert np.mean(wrenches[:, 2]) == pytest.approx(-175.0 * 9.81, rel=0.1)
 
 
 def test_few_joints_give_a_force_without_a_moment():
