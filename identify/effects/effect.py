@@ -279,6 +279,9 @@ class JointEffect(Effect):
         """Profiles as a function that can be compiled; None if there is no such form."""
         return None
 
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, *self.profiles(motion))
+
     def profiles(self, motion: Motion) -> tuple[np.ndarray, ...]:
         """Values of `formula` along a motion, one profile (t, n) per parameter of a joint."""
         assert self.formula is not None
@@ -289,12 +292,9 @@ class JointEffect(Effect):
         if self.formula is None:
             return None
         function, constants = self.formula
+        signals = state.position, state.velocity, state.load, state.temperature
         return self.on_scalars(
-            robot,
-            values,
-            lambda j: function(
-                state.position[j], state.velocity[j], state.load[j], state.temperature[j], constants
-            ),
+            robot, values, lambda joint: function(*(signal[joint] for signal in signals), constants)
         )
 
     def on_scalars(
