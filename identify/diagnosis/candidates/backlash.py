@@ -16,7 +16,7 @@ from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from ..runs.kept import cached
-from .gears import bending
+from .joint_elasticity import bending
 
 STEP = 1.5
 """Ratio between successive widths [-]."""

@@ -18,6 +18,7 @@ import numpy as np
 from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
+from ...measurements.twist import bent
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..blocks.prediction import Prediction
@@ -31,7 +32,6 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
-from .gears import bending
 
 STEP = 1.3
 """Ratio between successive resonances [-]."""
@@ -56,6 +56,21 @@ def gears(model: Model) -> Iterator[Candidate]:
         # A joint that moves no inertia does not bend its gear.
         for resonance in RESONANCES if inertia > 0.0 and model.robot.geared[joint] else ():
             yield _gear(model, joint, inertia, resonance, RATIO)
+
+
+def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
+    """Motor torque beyond that of a rigid gear, shape (t, n) [N m].
+
+    Args:
+        model: Model of the arm.
+        run: Run.
+        joint: Joint with the gear, from 0.
+        gear: Stiffness [N m/rad] and damping [N m s/rad].
+    """
+    weight, drag, inertia = run.tangent.own(joint)
+    step = float(np.median(np.diff(run.motion.time)))
+    twist = bent(inertia, gear[1] + drag, gear[0] + weight, run.motion.load[:, joint], step)
+    return -run.tangent.torque(joint, *twist) @ model.robot.to_motors.T
 
 
 def _gear(

@@ -85,7 +85,7 @@ def by_blocks(prediction: Prediction, answer: Answer, other: Answer) -> float:
         for product in (residual * difference, difference**2)
     )
     fitted = prediction.blocks.fitted
-    return all_or_nothing(along[fitted], size[fitted])
+    return float(all_or_nothing(along[fitted], size[fitted]))
 
 
 def better(answer: Answer, other: Answer, blocks: float, prior: float = 0.0) -> float:

@@ -14,7 +14,7 @@ from ...effects.smooth_sign import smooth_sign
 from ...model import Model
 from ..blocks.prediction import Prediction
 from ..candidates.parts import on_joint
-from ..findings.diagnosis import UNCERTAIN, Remainder
+from ..findings.residuals import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import colouring

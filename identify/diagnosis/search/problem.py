@@ -175,7 +175,8 @@ class Problem:
     @property
     def tried(self) -> dict[str, int]:
         """Effects that these runs can test, and the number of hypotheses of each."""
-        return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.candidates}))
+        keys = dict.fromkeys(candidate.key for candidate, _ in self.candidates)
+        return dict(Counter(effect for effect, *_ in keys))
 
     def prediction(self, findings: Sequence[Answer], similar: Prediction | None = None) -> Prediction:
         """Prediction with the columns of findings; its noise estimate starts from that of a similar one."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
-from ..candidates import KINDS, family_of, kind_of
-from ..findings.family import FAMILIES
+from ..candidates import KINDS, dependence_of, kind_of
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
@@ -256,8 +255,8 @@ def without_idle_curves(best: Sequence[Answer], prediction: Prediction) -> list[
 
 def _dependence(candidate: Candidate) -> tuple[str, tuple[int, ...]] | None:
     """Quantity that the torque of a candidate depends on, and its joints."""
-    family = family_of(candidate)
-    return (FAMILIES[family].dependence, candidate.joints) if family else None
+    dependence = dependence_of(candidate)
+    return (dependence, candidate.joints) if dependence else None
 
 
 def _explained_variance(answer: Answer, prediction: Prediction) -> float:

@@ -8,8 +8,9 @@ from ...fit.verdict import TO_NOISE
 from ...plausible.suspicion import CHECK_FIRST, UNLESS
 from ...text_table import digits, percent
 from ..candidates import kind_of, kinds
-from ..findings.diagnosis import Diagnosis, Remainder
+from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Finding, Hypothesis
+from ..findings.residuals import Remainder
 from ..improved.improved import FOUND
 from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
