@@ -53,7 +53,7 @@ class Diagnosed(NamedTuple):
 
 
 # Threads of linear algebra would only wait for one another in thousands of small systems.
-@threadpool_limits.wrap(limits=1)  # type: ignore[untyped-decorator]
+@threadpool_limits.wrap(limits=1)
 def diagnosed(
     model: Model,
     recordings: Sequence[tuple[str, Recording]],

@@ -292,10 +292,13 @@ class JointEffect(Effect):
         if self.formula is None:
             return None
         function, constants = self.formula
-        signals = state.position, state.velocity, state.load, state.temperature
-        return self.on_scalars(
-            robot, values, lambda joint: function(*(signal[joint] for signal in signals), constants)
-        )
+
+        def profiles(j: int) -> Sequence[Scalar]:
+            return function(
+                state.position[j], state.velocity[j], state.load[j], state.temperature[j], constants
+            )
+
+        return self.on_scalars(robot, values, profiles)
 
     def on_scalars(
         self, robot: Robot, values: np.ndarray, profiles: Callable[[int], Sequence[Scalar]]

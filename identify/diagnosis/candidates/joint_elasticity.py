@@ -18,7 +18,7 @@ import numpy as np
 from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
-from ...measurements.twist import bent
+from ...measurements.gear import Gear
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..blocks.prediction import Prediction
@@ -58,19 +58,12 @@ def gears(model: Model) -> Iterator[Candidate]:
             yield _gear(model, joint, inertia, resonance, RATIO)
 
 
-def bending(model: Model, run: Driven, joint: int, gear: tuple[float, float]) -> np.ndarray:
-    """Motor torque beyond that of a rigid gear, shape (t, n) [N m].
-
-    Args:
-        model: Model of the arm.
-        run: Run.
-        joint: Joint with the gear, from 0.
-        gear: Stiffness [N m/rad] and damping [N m s/rad].
-    """
-    weight, drag, inertia = run.tangent.own(joint)
+def gear_torque(model: Model, run: Driven, gear: Gear) -> np.ndarray:
+    """Motor torque beyond that of a rigid gear, shape (t, n) [N m]."""
+    joint, tangent = model.robot.index(gear.joint), run.unloaded.tangent
     step = float(np.median(np.diff(run.motion.time)))
-    twist = bent(inertia, gear[1] + drag, gear[0] + weight, run.motion.load[:, joint], step)
-    return -run.tangent.torque(joint, *twist) @ model.robot.to_motors.T
+    twist = gear.twist(tangent, run.motion.load[:, joint], joint, step)
+    return -tangent.torque(joint, *twist) @ model.robot.to_motors.T
 
 
 def _gear(
@@ -78,10 +71,11 @@ def _gear(
 ) -> Candidate:
     """A gear whose mean link has a resonance [Hz], refined around it or within given bounds."""
     angular = 2 * np.pi * resonance
-    stiffness, loss = inertia * angular**2, 2 * ratio * inertia * angular
+    stiffness = inertia * angular**2
+    gear = JointElasticity(model.robot.joints[joint], stiffness, 2 * ratio * inertia * angular)
 
     def columns(run: Driven) -> np.ndarray:
-        return bending(model, run, joint, (stiffness, loss))[:, :, None]
+        return gear_torque(model, run, gear)[:, :, None]
 
     def reshaped(shape: Mapping[str, float]) -> Candidate:
         return _gear(model, joint, inertia, shape["resonance"], shape["damping_ratio"], within)
@@ -193,7 +187,7 @@ def _left_out(twists: Prediction, answer: Answer) -> Iterator[float]:
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """The arm with an elastic gear, which is softer the larger the coefficient of the effect."""
-    known = {name: quantity.value for name, quantity in finding.parameters.items()}
+    known = finding.numbers
     stiffness = known["stiffness"] / max(known["share"], 0.1)
     damping = 2 * known["damping_ratio"] * stiffness / (2 * np.pi * known["resonance"])
     joint = arm.model.robot.joints[finding.joints[0]]
