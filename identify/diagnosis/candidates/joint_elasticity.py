@@ -46,8 +46,6 @@ SCATTER = 0.1
 error of the link's inertia and damping."""
 LEAST = 0.5
 """Smallest coefficient [-]; below it, another oscillation is being fitted."""
-SIGN = 0.003
-"""Speed range over which a gear's friction reverses [rad/s]."""
 
 
 def gears(model: Model) -> Iterator[Candidate]:
@@ -114,7 +112,7 @@ def _twist_rows(prediction: Prediction, runs: Sequence[Driven]) -> Rows:
     """Twist of each gear (r, n) [rad], with friction, delay and the zero in each run as unknowns."""
     twist = np.concatenate([_twist(run) for run in runs])
     velocity = np.concatenate([run.thinned(run.motion.velocity) for run in runs])
-    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity, SIGN)) for run in runs])
+    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity)) for run in runs])
     joints, per_joint = twist.shape[1], len(runs) + 2
     columns = np.zeros((*twist.shape, joints * per_joint))
     for joint in range(joints):

@@ -25,8 +25,6 @@ from ..search.search import SearchResult
 from ..search.selected import odds_of
 
 Feature = Callable[[Driven, int], list[np.ndarray]]
-SIGN = 0.003
-"""Speed range in which dry friction reverses [rad/s]."""
 WAVES = 6
 """Number of half waves over a run for drifts; variations within seconds count as noise."""
 CREDIBLE = 0.99
@@ -63,7 +61,7 @@ def _velocity(run: Driven, joint: int) -> list[np.ndarray]:
 
 
 def _sign(run: Driven, joint: int) -> np.ndarray:
-    return smooth_sign(run.motion.velocity[:, joint], SIGN)
+    return smooth_sign(run.motion.velocity[:, joint])
 
 
 def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
