@@ -83,6 +83,11 @@ class Answer:
         """Contribution of each joint's fitted blocks to the gain, shape (n,)."""
         return np.asarray(self.gains[self.fitted].sum(axis=0))
 
+    @property
+    def joint(self) -> int:
+        """Index of the joint that shows it best, from 0."""
+        return int(np.argmax(self.by_joint))
+
     @cached_property
     def held_out(self) -> float:
         """Gain in log probability of the held-out blocks; zero without any."""

@@ -106,6 +106,13 @@ def better(answer: Answer, other: Answer, blocks: float, prior: float = 0.0) -> 
     return evidence + other.cost - answer.cost + answer.relief - other.relief + prior
 
 
+def explained_variance(prediction: Prediction, answer: Answer, joint: int) -> tuple[float, float]:
+    """Variance of a joint's predicted blocks without an effect, and by how much the effect reduces it."""
+    errors = np.stack([answer.predicted, answer.errors])
+    before, after = prediction.common_variance(errors, answer.independent)[:, joint]
+    return float(before), float(before - after)
+
+
 def relative_change(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     """Relative change of the sum of squared errors of blocks (k,), and its standard deviation over blocks."""
     count, total = len(after), max(float(before.sum()), 1e-300)

@@ -126,7 +126,7 @@ def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
 
 def _change(answer: Answer, judged: np.ndarray) -> Change:
     """Relative change of the squared error over the evaluated blocks, with its standard deviation."""
-    joint = int(np.argmax(answer.by_joint))
+    joint = answer.joint
     change, std = relative_change(answer.predicted[judged, joint], answer.errors[judged, joint])
     candidate = answer.candidate
     return Change(

@@ -55,9 +55,7 @@ def unknowns_of(result: SearchResult, spread: Spread, place: int) -> FindingUnkn
     """Unknowns of one finding."""
     answer, (unknowns, names) = result.selected[place].answer, spread.of(result, place)
     values = result.prediction.values[places_of(result, place)]
-    return FindingUnknowns(
-        place, int(np.argmax(answer.by_joint)), unknowns, (*answer.candidate.names, *names), values
-    )
+    return FindingUnknowns(place, answer.joint, unknowns, (*answer.candidate.names, *names), values)
 
 
 def size(result: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:

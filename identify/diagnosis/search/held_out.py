@@ -86,7 +86,7 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:
     with_finding = problem.prediction(answers_of(selected))
     without = problem.prediction([other.answer for other in selected if other is not finding], with_finding)
-    joint, fitted = int(np.argmax(finding.answer.by_joint)), problem.blocks.fitted
+    joint, fitted = finding.answer.joint, problem.blocks.fitted
     before, after = without.errors[:, joint], with_finding.errors[:, joint]
     return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
 
