@@ -2,7 +2,8 @@
 
 from ..quantity import Quantity
 from .diagnose import diagnose
-from .findings.diagnosis import Diagnosis, Remainder
+from .findings.diagnosis import Diagnosis
 from .findings.finding import Finding, Hypothesis
+from .findings.residuals import Remainder
 
 __all__ = ["Diagnosis", "Finding", "Hypothesis", "Quantity", "Remainder", "diagnose"]

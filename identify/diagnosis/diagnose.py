@@ -23,9 +23,8 @@ from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
 from .questions.shape import Shaped
-from .results.budget import NOISE, budget, changes
+from .results.budget import NOISE, budget, changes, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
-from .results.located import hinted, located
 from .results.motor_torque import undetermined_gains, with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
 from .results.sizes import left_out, size
@@ -53,6 +52,8 @@ class Diagnosed(NamedTuple):
     search: SearchResult
 
 
+# Threads of linear algebra would only wait for one another in thousands of small systems.
+@threadpool_limits.wrap(limits=1)
 def diagnosed(
     model: Model,
     recordings: Sequence[tuple[str, Recording]],
@@ -77,32 +78,6 @@ def diagnosed(
         DifferentRobot: A run belongs to another robot.
         RecordingError: No run can be fitted.
     """
-    # Threads of linear algebra would only wait for one another in thousands of small systems.
-    with threadpool_limits(limits=1):
-        return _diagnosed(model, recordings, name, filtering, progress, before, as_recorded)
-
-
-def diagnose(
-    model: Model,
-    recordings: Sequence[tuple[str, Recording]],
-    name: str = "",
-    filtering: Filtering = Filtering(),  # noqa: B008
-    progress: Callable[[str], None] = lambda _: None,
-    as_recorded: bool = False,
-) -> Diagnosis:
-    """Find the physics that a model lacks; see `diagnosed`."""
-    return diagnosed(model, recordings, name, filtering, progress, as_recorded=as_recorded).diagnosis
-
-
-def _diagnosed(
-    model: Model,
-    recordings: Sequence[tuple[str, Recording]],
-    name: str,
-    filtering: Filtering,
-    progress: Callable[[str], None],
-    before: Sequence[Shaped],
-    as_recorded: bool,
-) -> Diagnosed:
     began = time.monotonic()
     model = nominal(with_payloads(model, [recording for _, recording in recordings]))
     progress(StageText("filter", "filter and differentiate"))
@@ -149,7 +124,7 @@ def _diagnosed(
         moments=tuple(moments(result.problem, result.prediction)),
         changes=tuple(changes(result.problem, result.single)),
         located=located(spent, result.selected, remaining),
-        hints=hinted(hints(result.left, result.total)),
+        hints=hints(result.left, result.total),
         budget=spent,
         noise=proof.noise,
         noise_measured_at_rest=any(share.kind == NOISE for share in spent.shares),
@@ -161,6 +136,18 @@ def _diagnosed(
         evidence=proof,
     )
     return Diagnosed(_with_held_out(diagnosis, proof, result.problem.held_out), result)
+
+
+def diagnose(
+    model: Model,
+    recordings: Sequence[tuple[str, Recording]],
+    name: str = "",
+    filtering: Filtering = Filtering(),  # noqa: B008
+    progress: Callable[[str], None] = lambda _: None,
+    as_recorded: bool = False,
+) -> Diagnosis:
+    """Find the physics that a model lacks; see `diagnosed`."""
+    return diagnosed(model, recordings, name, filtering, progress, as_recorded=as_recorded).diagnosis
 
 
 def nominal(model: Model) -> Model:
@@ -182,6 +169,7 @@ def _finding(result: SearchResult, place: int, spread: tuple[np.ndarray, dict[st
     torque = np.zeros(result.prediction.joints)
     torque[answer.columns.joints] = np.sqrt(np.mean((answer.columns.values @ values) ** 2, axis=0))
     held_out = answer.gains[~result.problem.blocks.fitted]
+    family, family_probability = selected.family
     return Finding(
         **stated(candidate),
         parameters=quantities(candidate, values, *spread) | _range(answer, values),
@@ -191,8 +179,8 @@ def _finding(result: SearchResult, place: int, spread: tuple[np.ndarray, dict[st
         held_out=2.0 * float(held_out.sum()) if len(held_out) else float("nan"),
         alone=selected.alone,
         unnamed=selected.unnamed >= 1.0,
-        family=selected.family.name if selected.family else "",
-        family_probability=selected.family.probability if selected.family else float("nan"),
+        family=family,
+        family_probability=family_probability,
         proven=selected.proven,
     )
 

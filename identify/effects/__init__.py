@@ -1,27 +1,27 @@
-"""Effects: the physics that exidyn can model, with one file and one line in the table per effect."""
+"""Effects: the physics that exidyn can model, with one line in the table per effect."""
 
 from importlib import metadata
 
 from ..errors import EffectError
-from .coulomb_friction import CoulombFriction
-from .current_offset import CurrentOffset
 from .effect import Effect, JointEffect, MotionGradient, Parameter, Prior, Shape, shape
-from .friction_asymmetry import FrictionAsymmetry
+from .friction import (
+    CoulombFriction,
+    CurrentOffset,
+    FrictionAsymmetry,
+    NonlinearViscousFriction,
+    StribeckFriction,
+    ViscousFriction,
+)
 from .hysteresis import Hysteresis
 from .joint_spring import JointSpring
 from .kinematic_coupling import KinematicCoupling
 from .load_dependent_friction import LoadDependentFriction
-from .nonlinear_viscous_friction import NonlinearViscousFriction
 from .payload import Payload, known_parameters
-from .position_dependent_friction import PositionDependentFriction
-from .rigid_body import RigidBody
-from .rotor_inertia import RotorInertia
+from .rigid_body import RigidBody, RotorInertia
 from .spring_balancer import SpringBalancer
-from .stribeck_friction import StribeckFriction
 from .temperature_dependent_friction import TemperatureDependentFriction
 from .torque_curve import TorqueCurve
-from .torque_ripple import TorqueRipple
-from .viscous_friction import ViscousFriction
+from .waves import PositionDependentFriction, TorqueRipple
 
 GROUP = "exidyn.effects"
 """Entry-point group of effects; the names of entry points are used in robot files and by the diagnosis."""

@@ -279,6 +279,9 @@ class JointEffect(Effect):
         """Profiles as a function that can be compiled; None if there is no such form."""
         return None
 
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, *self.profiles(motion))
+
     def profiles(self, motion: Motion) -> tuple[np.ndarray, ...]:
         """Values of `formula` along a motion, one profile (t, n) per parameter of a joint."""
         assert self.formula is not None
@@ -289,13 +292,13 @@ class JointEffect(Effect):
         if self.formula is None:
             return None
         function, constants = self.formula
-        return self.on_scalars(
-            robot,
-            values,
-            lambda j: function(
+
+        def profiles(j: int) -> Sequence[Scalar]:
+            return function(
                 state.position[j], state.velocity[j], state.load[j], state.temperature[j], constants
-            ),
-        )
+            )
+
+        return self.on_scalars(robot, values, profiles)
 
     def on_scalars(
         self, robot: Robot, values: np.ndarray, profiles: Callable[[int], Sequence[Scalar]]

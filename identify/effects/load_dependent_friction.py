@@ -45,19 +45,10 @@ class LoadDependentFriction(JointEffect):
 
     @property
     def formula(self) -> Formula:
-        return Formula(
-            _profiles,
-            (
-                self.reversal,
-                self.preload,
-            ),
-        )
+        return Formula(_profiles, (self.reversal, self.preload))
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("mu", "1", 0.0))
-
-    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, *self.profiles(motion))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * _pressed(motion.load, self.preload)

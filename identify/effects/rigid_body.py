@@ -1,6 +1,6 @@
-"""Inertia, gravity, centrifugal and Coriolis torque of the links."""
+"""Inertia of links and rotors, with the gravity, centrifugal and Coriolis torque of the links."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -10,7 +10,9 @@ import pinocchio as pin
 from ..arm.motion import Motion
 from ..arm.rigid_regressor import INERTIAL, rigid_gradient, rigid_regressor
 from ..arm.robot import Robot
-from .effect import Effect, MotionGradient, Parameter, Prior
+from .effect import Effect, JointEffect, MotionGradient, Parameter, Prior
+from .joint_state import JointState, Scalar
+from .simulator_terms import JointTerms
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
 
@@ -72,6 +74,29 @@ class RigidBody(Effect):
         return {link: body_inertia(parameters) for link, parameters in enumerate(links)}
 
 
+@dataclass(frozen=True)
+class RotorInertia(JointEffect):
+    r"""Torque :math:`I_a \ddot q`, the paper's :math:`Ia_j`: rotor inertia times gear ratio squared."""
+
+    smooth: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    massless: ClassVar[bool] = False
+    inertial: ClassVar[bool] = True
+    moved_by: ClassVar[tuple[str, ...]] = ("acceleration",)
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return self.on_each(robot, ("Ia", "kg m^2", 0.0))
+
+    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
+        return self.on_joints(robot, motion.acceleration)
+
+    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
+        return self.on_scalars(robot, values, lambda joint: (state.acceleration[joint],))
+
+    def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
+        return self.terms(robot, armature=values)
+
+
 def inertial_parameters(inertia: pin.Inertia) -> np.ndarray:
     """Ten parameters of a body in `INERTIAL` order, about the origin of its frame."""
     m, mx, my, mz, xx, xy, yy, xz, yz, zz = inertia.toDynamicParameters()
@@ -101,13 +126,8 @@ def moved(values: np.ndarray, placement: pin.SE3) -> np.ndarray:
     second = np.array(
         [[yy + zz - xx, -2 * xy, -2 * xz], [-2 * xy, xx + zz - yy, -2 * yz], [-2 * xz, -2 * yz, xx + yy - zz]]
     )
-    moments = np.zeros((4, 4))
-    moments[:3, :3], moments[:3, 3], moments[3, :3], moments[3, 3] = (
-        second / 2,
-        values[6:9],
-        values[6:9],
-        values[9],
-    )
+    first = values[6:9, None]
+    moments = np.block([[second / 2, first], [first.T, values[9]]])
     moments = placement.homogeneous @ moments @ placement.homogeneous.T
     second = moments[:3, :3]
     inertia = np.trace(second) * np.eye(3) - second

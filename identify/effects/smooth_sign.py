@@ -2,8 +2,11 @@
 
 import numpy as np
 
+REVERSAL = 0.003
+"""Velocity over which dry friction changes its sign, unless a recording shows another one [rad/s]."""
 
-def smooth_sign(velocity: np.ndarray, reversal: float) -> np.ndarray:
+
+def smooth_sign(velocity: np.ndarray, reversal: float = REVERSAL) -> np.ndarray:
     """Direction of motion, from -1 to 1: tanh(velocity / reversal), both [rad/s]."""
     return np.tanh(velocity / reversal)
 

@@ -39,13 +39,7 @@ class TemperatureDependentFriction(JointEffect):
 
     @property
     def formula(self) -> Formula:
-        return Formula(
-            _profiles,
-            (
-                self.reference,
-                self.reversal,
-            ),
-        )
+        return Formula(_profiles, (self.reference, self.reversal))
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fvt", "N m s/rad/K"), ("Fct", "N m/K"))

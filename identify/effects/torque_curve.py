@@ -16,24 +16,15 @@ SPLINES = 6
 """Number of cubic splines in a curve: enough for a decrease at low speed, a bend and a slope."""
 DENSE = 0.03
 """Share of the highest speed or load below which splines are spaced evenly, and above it by ratios [-]."""
-REVERSAL = 0.003
-"""Velocity over which friction changes its sign [rad/s]."""
 
 
 class Abscissa(NamedTuple):
-    """Abscissa of a curve.
+    """Abscissa of a curve."""
 
-    Attributes:
-        letter: Letter in the names of parameters.
-        values: Function that returns the abscissa along a motion, shape (t, n).
-        braking: Whether the torque opposes the motion, as friction does.
-        size: Whether the abscissa is a magnitude, with highest resolution at small values.
-    """
-
-    letter: str
-    values: Callable[[Motion], np.ndarray]
-    braking: bool
-    size: bool
+    letter: str  # letter in the names of parameters
+    values: Callable[[Motion], np.ndarray]  # function that returns the abscissa along a motion, shape (t, n)
+    braking: bool  # whether the torque opposes the motion, as friction does
+    size: bool  # whether the abscissa is a magnitude, with highest resolution at small values
 
 
 ABSCISSAE: Mapping[str, Abscissa] = {
@@ -85,7 +76,7 @@ class TorqueCurve(JointEffect):
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         over = ABSCISSAE[self.over]
-        sign = smooth_sign(motion.velocity, REVERSAL)[..., None] if over.braking else 1.0
+        sign = smooth_sign(motion.velocity)[..., None] if over.braking else 1.0
         profiles = np.moveaxis(sign * self._splines(over, over.values(motion)), -1, 0)
         return self.on_joints(robot, *profiles)
 

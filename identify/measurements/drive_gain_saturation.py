@@ -35,7 +35,7 @@ class DriveGainSaturation(Measurement):
 
     def recorded(self, robot: Robot, torque: np.ndarray) -> np.ndarray:
         shown, joint = np.array(torque), robot.index(self.joint)
-        shown[..., joint] += np.sign(shown[..., joint]) * self.loss * self._excess(np.abs(shown[..., joint]))
+        shown[..., joint] += np.sign(shown[..., joint]) * self.loss * self.excess(np.abs(shown[..., joint]))
         return shown
 
     def restored(self, robot: Robot, shown: np.ndarray) -> np.ndarray:
@@ -46,11 +46,11 @@ class DriveGainSaturation(Measurement):
             most = min(most, END * self.ceiling)
         grid = np.linspace(0.0, most, GRID)
         torque[:, joint] = np.sign(effort) * np.interp(
-            np.abs(effort), grid + self.loss * self._excess(grid), grid
+            np.abs(effort), grid + self.loss * self.excess(grid), grid
         )
         return torque
 
-    def _excess(self, torque: np.ndarray) -> np.ndarray:
+    def excess(self, torque: np.ndarray) -> np.ndarray:
         """Excess at non-negative torques of any shape, for a loss of 1 [N m]."""
         if self.ceiling is not None:
             square = np.minimum(torque / self.ceiling, END) ** 2

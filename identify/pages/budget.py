@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..diagnosis.findings.diagnosis import Budget, Diagnosis
+from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Hypothesis
+from ..diagnosis.findings.residuals import Budget
 from ..diagnosis.results.budget import NOISE, OTHER
 from ..diagnosis.words.naming import effect_words, finding_names, joined, lower, named
 from ..diagnosis.words.sentences import possible

@@ -1,7 +1,7 @@
 """Located: table of the quantities on which the residual of each joint depends."""
 
 from ..diagnosis.findings.diagnosis import Diagnosis
-from ..diagnosis.findings.located import Located
+from ..diagnosis.findings.residuals import Located
 from ..diagnosis.words.naming import effect_words
 from ..document.document import Cell, Paragraph, Section, Table
 from ..text_table import percent

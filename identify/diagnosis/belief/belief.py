@@ -16,34 +16,23 @@ from ..search.selected import NAMED
 
 
 class Believed(NamedTuple):
-    """One answer to a question.
+    """One answer to a question."""
 
-    Attributes:
-        effect: Name in the vocabulary; empty for "no effect".
-        joints: Joints it acts on, from 0.
-        probability: Probability of the answer [-].
-        places: Indices of its coefficients among all columns, shape (p,).
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    probability: float
-    places: np.ndarray
+    effect: str  # name in the vocabulary; empty for "no effect"
+    joints: tuple[int, ...]  # joints it acts on, from 0
+    probability: float  # probability of the answer [-]
+    places: np.ndarray  # indices of its coefficients among all columns, shape (p,)
 
 
 class Question(NamedTuple):
-    """Which effect explains a misfit, or whether an effect is there at all.
+    """Which effect explains a misfit, or whether an effect is there at all."""
 
-    Attributes:
-        answers: Possible answers, most probable first; their probabilities add to one.
-        seen: Whether a misfit, or values strained beyond their tolerances, raise the question; otherwise it
-            is open only because no run so far could show the effect.
-        finding_places: Unknowns of the finding in question, absent for other answers, shape (p,); empty for
-            a suspect that was not found.
-    """
-
-    answers: tuple[Believed, ...]
+    answers: tuple[Believed, ...]  # possible answers, most probable first; their probabilities add to one
+    # whether a misfit, or values strained beyond their tolerances, raise the question; otherwise it is open
+    # only because no run so far could show the effect
     seen: bool
+    # unknowns of the finding in question, absent for other answers, shape (p,); empty for a suspect that was
+    # not found
     finding_places: np.ndarray
 
     @property
@@ -68,48 +57,32 @@ class Question(NamedTuple):
 
 
 class Stance(NamedTuple):
-    """Coefficients of all columns if one answer is true.
+    """Coefficients of all columns if one answer is true."""
 
-    Attributes:
-        held: Indices of the columns that are present, shape (s,).
-        precision: Precision of their priors, shape (s,).
-        mean: Prior mean of the answer's own coefficients, zero for all other columns, shape (c,).
-        variations: Expected coefficients of the answer in the first column, and deviations by one standard
-            deviation in the others, for all columns, shape (c, w).
-    """
-
-    held: np.ndarray
-    precision: np.ndarray
-    mean: np.ndarray
+    held: np.ndarray  # indices of the columns that are present, shape (s,)
+    precision: np.ndarray  # precision of their priors, shape (s,)
+    mean: np.ndarray  # prior mean of the answer's own coefficients, zero for all other columns, shape (c,)
+    # expected coefficients of the answer in the first column, and deviations by one standard deviation in the
+    # others, for all columns, shape (c, w)
     variations: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Belief:
-    """The posterior of a diagnosis: unknowns, then coefficients of all suspects, c columns together.
+    """The posterior of a diagnosis: unknowns, then coefficients of all suspects, c columns together."""
 
-    Attributes:
-        search: Search of the diagnosis.
-        suspects: Effects that are not in the model and may be there.
-        gram: Products of all columns over the runs so far, weighted as in the diagnosis, shape (c, c).
-        right: Right-hand side of the normal equations, shape (c,).
-        precision: Precision of the priors, shape (c,); zero without a prior.
-        mean: Mean of the priors, shape (c,).
-        weight: Weight of a row of each joint in a further run, shape (n,) [1 / (N m)^2].
-        reaches: Mean products of all columns over the rows of the runs so far, and of each run on offer, in
-            units of the resolution, shape (k, c, c); they give the mean square torque of coefficients.
-        questions: Open questions.
-    """
-
-    search: SearchResult
-    suspects: tuple[Answer, ...]
+    search: SearchResult  # search of the diagnosis
+    suspects: tuple[Answer, ...]  # effects that are not in the model and may be there
+    # products of all columns over the runs so far, weighted as in the diagnosis, shape (c, c)
     gram: np.ndarray
-    right: np.ndarray
-    precision: np.ndarray
-    mean: np.ndarray
-    weight: np.ndarray
+    right: np.ndarray  # right-hand side of the normal equations, shape (c,)
+    precision: np.ndarray  # precision of the priors, shape (c,); zero without a prior
+    mean: np.ndarray  # mean of the priors, shape (c,)
+    weight: np.ndarray  # weight of a row of each joint in a further run, shape (n,) [1 / (N m)^2]
+    # mean products of all columns over the rows of the runs so far, and of each run on offer, in units of the
+    # resolution, shape (k, c, c); they give the mean square torque of coefficients
     reaches: np.ndarray
-    questions: tuple[Question, ...] = ()
+    questions: tuple[Question, ...] = ()  # open questions
 
     @cached_property
     def reach(self) -> np.ndarray:

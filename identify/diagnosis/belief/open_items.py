@@ -42,19 +42,12 @@ class Subject(Enum):
 
 
 class Item(NamedTuple):
-    """One thing that may be open.
+    """One thing that may be open."""
 
-    Attributes:
-        words: Subject of the item in words, such as effects and joints of a question.
-        entropy: Entropy of its answers [nat].
-        open: Whether it is still undecided.
-        subject: What it is about.
-    """
-
-    words: str
-    entropy: float
-    open: bool
-    subject: Subject = Subject.QUESTION
+    words: str  # subject of the item in words, such as effects and joints of a question
+    entropy: float  # entropy of its answers [nat]
+    open: bool  # whether it is still undecided
+    subject: Subject = Subject.QUESTION  # what it is about
 
 
 def items(belief: Belief) -> list[Item]:

@@ -28,22 +28,16 @@ class RunColumns:
     """Products of the columns of all unknowns and suspects over the rows of one run.
 
     Rows are not stored: a study evaluates tens of runs, each with hundreds of megabytes of rows.
-
-    Attributes:
-        names: Names of the unknowns: model, nuisances and findings, b of them.
-        std: Prior standard deviation of these unknowns, shape (b,).
-        suspects: Expected deviations of the coefficients of each suspect, in the order of the suspects.
-        by_joint: Products of all columns on each joint while it slides, suspects last, shape (n, c, c).
-        power: Mean square torque of each motor by the fitted model, shape (n,) [(N m)^2].
-        rows: Number of rows.
     """
 
-    names: tuple[str, ...]
-    std: np.ndarray
+    names: tuple[str, ...]  # names of the unknowns: model, nuisances and findings, b of them
+    std: np.ndarray  # prior standard deviation of these unknowns, shape (b,)
+    # expected deviations of the coefficients of each suspect, in the order of the suspects
     suspects: tuple[np.ndarray, ...]
+    # products of all columns on each joint while it slides, suspects last, shape (n, c, c)
     by_joint: np.ndarray
-    power: np.ndarray
-    rows: int
+    power: np.ndarray  # mean square torque of each motor by the fitted model, shape (n,) [(N m)^2]
+    rows: int  # number of rows
 
     def products(self, names: Sequence[str], weight: np.ndarray) -> tuple[np.ndarray, int]:
         """Products of named unknowns, all suspects and then all other unknowns, joints weighted (n,).

@@ -24,29 +24,12 @@ Place = tuple[str, tuple[int, ...]]
 """An effect and its joints."""
 
 
-class Rival(NamedTuple):
-    """Another effect that would give nearly the torque of a finding.
-
-    Attributes:
-        answer: Answer of the effect in its closest shape.
-        odds: Log odds of the finding against it, from their torques alone.
-    """
-
-    answer: Answer
-    odds: float
-
-
 class Suspects(NamedTuple):
-    """Effects that are not in the model and may be there.
+    """Effects that are not in the model and may be there."""
 
-    Attributes:
-        rivals: Rivals of the findings.
-        unseen: Other effects that may be there without being seen, each in its best shape.
-        against: Log odds of each finding, by its index, against effects on joints.
-    """
-
-    rivals: tuple[Answer, ...]
-    unseen: tuple[Answer, ...]
+    rivals: tuple[Answer, ...]  # rivals of the findings
+    unseen: tuple[Answer, ...]  # other effects that may be there without being seen, each in its best shape
+    # log odds of each finding, by its index, against effects on joints
     against: dict[int, dict[Place, float]]
 
     @property
@@ -59,16 +42,14 @@ def suspects_of(search: SearchResult) -> Suspects:
     """Rivals of the findings, by blocks or by their torque, then all other hypotheses that may be there."""
     rivals = {place: _rivals(search, place) for place in range(len(search.selected))}
     answers = [answer for finding in search.selected for answer, _ in finding.elsewhere]
-    answers += [rival.answer for group in rivals.values() for rival in group]
+    answers += [rival for group in rivals.values() for rival, _ in group]
     by_key = {answer.candidate.key: answer for answer in reversed(answers)}
     unseen = [
         answer
         for answer in search.left
         if answer.candidate.key not in by_key and unseen_probability(answer, search.total) >= NEGLIGIBLE
     ]
-    against = {
-        place: {place_of(rival.answer): rival.odds for rival in group} for place, group in rivals.items()
-    }
+    against = {place: {place_of(rival): odds for rival, odds in group} for place, group in rivals.items()}
     return Suspects(tuple(by_key.values()), tuple(unseen), against)
 
 
@@ -82,10 +63,11 @@ def place_of(answer: Answer) -> Place:
     return answer.candidate.effect, answer.candidate.joints
 
 
-def _rivals(search: SearchResult, place: int) -> list[Rival]:
-    """Rivals of a finding that its torque does not exclude and physics allows with the other findings.
+def _rivals(search: SearchResult, place: int) -> list[tuple[Answer, float]]:
+    """Rivals of a finding in their closest shapes, and the log odds of the finding against each by torque.
 
-    Torque that the model's unknowns reproduce without a rival does not count in its favor.
+    The torque of the finding does not exclude them, and physics allows them with the other findings. Torque
+    that the model's unknowns reproduce without a rival does not count in its favor.
     """
     finding = search.selected[place]
     if finding.once:
@@ -98,7 +80,7 @@ def _rivals(search: SearchResult, place: int) -> list[Rival]:
     others = [other.answer for other in search.selected if other is not finding]
     prediction = search.problem.prediction(others, search.prediction)
     allowed = ask(prediction, [(candidate, columns) for _, candidate, columns in closest.values()])
-    return [Rival(answer, -float(np.log(closest[answer.candidate.key][0]))) for answer in allowed]
+    return [(answer, -float(np.log(closest[answer.candidate.key][0]))) for answer in allowed]
 
 
 def _similar(search: SearchResult, place: int) -> Iterator[tuple[float, Candidate, Thinned]]:

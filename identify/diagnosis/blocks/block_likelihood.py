@@ -5,7 +5,7 @@ many independent rows as the autocorrelation leaves it, and its error follows St
 share one variance, from which each deviates by a separate factor.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -135,18 +135,6 @@ SHARES = 40
 """Number of variances of the formula's error that are averaged over, from none to all of the scatter."""
 
 
-class Amplitude(NamedTuple):
-    """Amplitude of a predicted effect in the blocks: 1 is all of it."""
-
-    mean: float  # mean amplitude over the blocks [-]
-    t: float  # mean over its standard deviation
-    effective: float  # effective number of blocks that show it
-    log_odds: float  # log odds that the amplitude is above zero
-
-
-NOTHING = Amplitude(0.0, 0.0, 1.0, 0.0)
-
-
 class _Shares(NamedTuple):
     """Mean amplitudes of i effects, for each of s shares of the formula's error in the blocks' scatter."""
 
@@ -202,54 +190,43 @@ def seen(size: np.ndarray) -> np.ndarray:
     return np.asarray(size > 1e-9 * np.max(size, axis=-1, initial=0.0, keepdims=True))
 
 
-def all_or_nothing(along: np.ndarray, size: np.ndarray) -> float:
-    """Log odds that blocks contain all of an effect rather than none of it; arguments as for `amplitude`."""
-    return float(all_or_nothing_of_each(along[None], size[None])[0])
+def all_or_nothing(along: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Log odds that blocks contain all of an effect rather than none of it; see `above_zero`."""
+    return _of_shares(along, size, lambda shares: shares.log_probability(1.0) - shares.log_probability(0.0))
 
 
-def all_or_nothing_of_each(along: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Log odds of `all_or_nothing` for several effects, shape (i,); arguments of shape (i, k)."""
-    log_odds, enough = np.zeros(len(along)), np.count_nonzero(seen(size), axis=1) >= 2
-    if np.any(enough):
-        shares = _Shares.of(along[enough], size[enough])
-        log_odds[enough] = shares.log_probability(1.0) - shares.log_probability(0.0)
-    return log_odds
-
-
-def amplitude(along: np.ndarray, size: np.ndarray) -> Amplitude:
-    """Amplitude of an effect, of which each block contains a different share.
+def above_zero(along: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Log odds that the common amplitude of effects is above zero, shape (...,).
 
     The amplitude in block i is u_i = along_i / size_i. It deviates from the common one by noise, of variance
     s² / size_i, and by the error of the effect's formula, of variance e²: the random-effects model of
     meta-analysis. Both variances are unknown; s² is estimated (restricted likelihood), and e² / s² is
     integrated over. Where noise dominates, a block counts by its `size`; where the error of the formula
-    dominates, all blocks that see the effect count equally.
+    dominates, all blocks that see the effect count equally. If fewer than two blocks see it, odds are even.
 
     Args:
-        along: Residual of each block along the predicted effect, over noise, shape (k,).
-        size: Square of the predicted effect in each block, over noise, shape (k,).
+        along: Residual of each block along the predicted effects, over noise, shape (..., k).
+        size: Squares of the predicted effects in each block, over noise, shape (..., k).
     """
-    return amplitudes(along[None], size[None])[0]
+    return _of_shares(along, size, _above_zero)
 
 
-def amplitudes(along: np.ndarray, size: np.ndarray) -> list[Amplitude]:
-    """Amplitudes of several effects; arguments as for `amplitude`, of shape (i, k)."""
-    result, enough = [NOTHING] * len(along), np.flatnonzero(np.count_nonzero(seen(size), axis=1) >= 2)
-    if not len(enough):
-        return result
-    shares = _Shares.of(along[enough], size[enough])
+def _of_shares(along: np.ndarray, size: np.ndarray, log_odds: Callable[[_Shares], np.ndarray]) -> np.ndarray:
+    """Log odds (...,) of effects (..., k) that at least two blocks see; zero for all others."""
+    enough = np.count_nonzero(seen(size), axis=-1) >= 2
+    odds = np.zeros(enough.shape)
+    if np.any(enough):
+        odds[enough] = log_odds(_Shares.of(along[enough], size[enough]))
+    return odds
+
+
+def _above_zero(shares: _Shares) -> np.ndarray:
     # With known relative weights, weighted means follow these distributions whatever the weights.
     freedom = shares.blocks - 1.0
     likelihood = 0.5 * (shares.log_weight - np.log(shares.total) - freedom * np.log(shares.scatter))
     share = np.exp(likelihood - log_sum(likelihood)[:, None])
     t = shares.mean / np.sqrt(shares.scatter / freedom / shares.total)
-    effective = np.sum(share * shares.total**2 / np.sum(shares.weight**2, axis=2), axis=1)
     above, below = (
         log_sum(np.log(np.maximum(special.stdtr(freedom, x), np.finfo(float).tiny)), share) for x in (t, -t)
     )
-    best = np.argmax(share, axis=1)
-    for place, (number, first) in enumerate(zip(enough, best, strict=True)):
-        odds = float(above[place] - below[place])
-        mean, ratio = float(shares.mean[place, first]), float(t[place, first])
-        result[number] = Amplitude(mean, ratio, float(effective[place]), odds)
-    return result
+    return above - below

@@ -115,12 +115,6 @@ class Prediction:
         return np.isfinite(self.rows.std) & (self.rows.std > CERTAIN)
 
     @cached_property
-    def factor_of_blocks(self) -> Factor:
-        """Factor of the normal matrix without the priors of `stated` unknowns."""
-        precision = np.where(self.stated, UNKNOWN**-2, 1.0) * self.precision
-        return factored(self._block_equations[0].sum(axis=0) + np.diag(precision))
-
-    @cached_property
     def values(self) -> np.ndarray:
         """Unknowns fitted to all fitted blocks, shape (b,)."""
         return solve(self.factor, self.normal[1])
@@ -143,7 +137,8 @@ class Prediction:
     @cached_property
     def root_of_blocks(self) -> np.ndarray:
         """Root of the inverse of the normal matrix without the priors of `stated` unknowns, shape (b, b)."""
-        return whitening(self.factor_of_blocks)
+        precision = np.where(self.stated, UNKNOWN**-2, 1.0) * self.precision
+        return whitening(factored(self._block_equations[0].sum(axis=0) + np.diag(precision)))
 
     @cached_property
     def limited_std(self) -> np.ndarray:

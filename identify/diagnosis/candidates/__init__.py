@@ -10,6 +10,7 @@ from importlib import import_module
 
 from ...effects import EFFECTS, load_installed
 from ...model import Model
+from ..findings.family import FAMILIES
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from .parts import on_each_joint, on_single_joints
@@ -49,6 +50,12 @@ def family_of(candidate: Candidate) -> str:
     """Name of a candidate's family, which may depend on its shape; empty without a family."""
     family = kind_of(candidate.effect).family
     return family(candidate) if callable(family) else family
+
+
+def dependence_of(candidate: Candidate) -> str:
+    """Quantity on which the torque of a candidate depends; empty without a family."""
+    family = family_of(candidate)
+    return FAMILIES[family].dependence if family else ""
 
 
 def kinds() -> dict[str, Kind]:

@@ -1,22 +1,22 @@
 """Backlash: while the teeth of a gear change sides, the link floats and the motor does not carry it."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from typing import NamedTuple
 
 import numpy as np
 
 from ...effects import Shape
 from ...measurements import Backlash, JointElasticity
-from ...measurements.backlash import RATIO, TEETH, floating
+from ...measurements.backlash import RATIO, TEETH
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..findings.arm import Arm
 from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
-from ..runs.driven import Driven
-from ..runs.kept import cached
-from .gears import bending
+from ..runs.driven import Driven, cached
+from .joint_elasticity import gear_torque
 
 STEP = 1.5
 """Ratio between successive widths [-]."""
@@ -44,23 +44,12 @@ SHIFT = 0.05
 few thousandths shifts the float by its own duration."""
 
 
-class Play(NamedTuple):
-    """Shape of one gear's play."""
+class Teeth(NamedTuple):
+    """Expected teeth of one joint's gear."""
 
-    gap: float  # width of the gap [rad]
-    load_shift: float = 0.0  # load minus nominal load [N m]
-    damping_ratio: float = RATIO  # damping ratio of the link on the teeth [-]
-    resonance: float = TEETH  # resonance of the link on the teeth [Hz]
-
-
-class Gear(NamedTuple):
-    """Properties of one joint's gear, apart from its play."""
-
-    model: Model  # model of the arm
-    joint: int  # joint, from 0
-    stiffness: float  # expected stiffness of the teeth [N m/rad]
-    load_uncertainty: float  # error that its load may have [N m]
-    bent: Callable[[Driven], np.ndarray]  # motor torque of a run from bending of such teeth, (t, n) [N m]
+    stiffness: float  # stiffness [N m/rad]
+    load_uncertainty: float  # error that the load of the gear may have [N m]
+    bent: Callable[[Driven], np.ndarray]  # motor torque of a run from their bending, shape (t, n) [N m]
 
 
 def plays(model: Model) -> Iterator[Candidate]:
@@ -68,60 +57,53 @@ def plays(model: Model) -> Iterator[Candidate]:
     for joint, (inertia, load) in enumerate(zip(*link_size(model), strict=True)):
         if not (inertia > 0.0 and model.robot.geared[joint]):
             continue
-        gear = _gear(model, joint, inertia, SHIFT * load)
-        yield from (_play(gear, Play(width)) for width in PLAYS)
+        name, teeth = model.robot.joints[joint], _teeth(model, joint, inertia, SHIFT * load)
+        yield from (_play(model, Backlash(name, width), teeth) for width in PLAYS)
         twist = load / (inertia * (2 * np.pi * SOFT) ** 2)
         # Soft teeth strike less sharply, so half as many widths suffice.
         visible = [width for width in PLAYS[1::2] if width > VISIBLE * twist]
-        yield from (_play(gear, Play(width, resonance=SOFT)) for width in visible)
+        yield from (_play(model, Backlash(name, width, resonance=SOFT), teeth) for width in visible)
 
 
-def _gear(model: Model, joint: int, inertia: float, load_uncertainty: float) -> Gear:
+def _teeth(model: Model, joint: int, inertia: float, load_uncertainty: float) -> Teeth:
     angular = 2 * np.pi * STIFF
     stiffness = inertia * angular**2
-
-    @cached
-    def bent(run: Driven) -> np.ndarray:
-        return bending(model, run, joint, (stiffness, 2 * RATIO * inertia * angular))
-
-    return Gear(model, joint, stiffness, load_uncertainty, bent)
+    gear = JointElasticity(model.robot.joints[joint], stiffness, 2 * RATIO * inertia * angular)
+    return Teeth(stiffness, load_uncertainty, cached(lambda run: gear_torque(model, run, gear)))
 
 
-def _play(gear: Gear, play: Play) -> Candidate:
-    joint, soft = gear.joint, play.resonance < TEETH
+def _play(model: Model, play: Backlash, teeth: Teeth) -> Candidate:
+    soft = play.resonance < TEETH
 
     def columns(run: Driven) -> np.ndarray:
-        load = run.motion.load[:, joint] + play.load_shift
-        weight, drag, inertia = run.tangent.own(joint)
-        step = float(np.median(np.diff(run.motion.time)))
-        twist = floating((inertia, drag, weight), load, step, play.gap, (play.resonance, play.damping_ratio))
-        torque = -run.tangent.torque(joint, *twist) @ gear.model.robot.to_motors.T
-        return torque[:, :, None] if soft else np.stack([torque, gear.stiffness * gear.bent(run)], axis=2)
+        torque = gear_torque(model, run, play)
+        return torque[:, :, None] if soft else np.stack([torque, teeth.stiffness * teeth.bent(run)], axis=2)
 
     bounds = {
         "gap": Shape("rad", play.gap / STEP, play.gap * STEP),
-        "load_shift": Shape("N m", -gear.load_uncertainty, gear.load_uncertainty),
+        "load_shift": Shape("N m", -teeth.load_uncertainty, teeth.load_uncertainty),
         "damping_ratio": Shape("1", 0.05, 1.0),
     }
     # Bending of hard teeth has a coefficient of its own; that of soft teeth follows from their resonance.
     names, units = ("share", "compliance"), ("1", "rad/(N m)")
-    expected = (1.0, SCATTER), (0.0, 1.0 / gear.stiffness)
+    expected = (1.0, SCATTER), (0.0, 1.0 / teeth.stiffness)
     count = 1 if soft else 2
     if soft:
         bounds["resonance"] = Shape("Hz", SOFTEST, TEETH - 1.0)
     return Candidate(
-        "backlash", (joint,), columns, names[:count], units[:count], (0.0,) * count,
-        {name: getattr(play, name) for name in bounds}, bounds, lambda shape: _play(gear, Play(**shape)),
+        "backlash", (model.robot.index(play.joint),), columns, names[:count], units[:count], (0.0,) * count,
+        {name: getattr(play, name) for name in bounds}, bounds,
+        lambda shape: _play(model, Backlash(play.joint, **shape), teeth),
         expected=expected[:count], loaded=True, prior=BOTH if soft else 1.0,
     )  # fmt: skip
 
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """The arm with play in a gear, and with the spring of its teeth."""
-    [joint], known = finding.joints, {name: quantity.value for name, quantity in finding.parameters.items()}
-    play = Play(**{field: known[field] for field in Play._fields if field in known})
+    [joint], known = finding.joints, finding.numbers
     name, compliance = arm.model.robot.joints[joint], known.get("compliance", 0.0)
-    arm = arm.with_measurement(Backlash(name, play.gap, play.damping_ratio, play.load_shift, play.resonance))
+    shape = {field.name: known[field.name] for field in fields(Backlash) if field.name in known}
+    arm = arm.with_measurement(Backlash(name, **shape))
     inertia = float(link_size(arm.model)[0][joint])
     if not compliance * inertia * (2 * np.pi * STIFF) ** 2 > NOTHING:
         return arm

@@ -52,7 +52,7 @@ def tilts(model: Model) -> Iterator[Candidate]:
     """A base that leans: gravity has components along its x and y axes."""
 
     def columns(run: Driven) -> np.ndarray:
-        return _gravity_columns(model, run, (0, 1))
+        return gravity_columns(model, run, np.linalg.norm(model.robot.gravity) * np.eye(3)[:2])
 
     names, lower = ("tilt_x", "tilt_y"), (-np.inf, -np.inf)
     nominal = ((0.0, LEANING),) * 2
@@ -75,22 +75,23 @@ def mounted_differently(model: Model, prediction: Prediction, runs: Sequence[Dri
         yield _mounted(model, direction, model.nominal_values + values, std)
 
 
-def _gravity_columns(model: Model, run: Driven, axes: Sequence[int]) -> np.ndarray:
-    """Motor torque from gravity along axes of the base, shape (t, n, a) [N m]; payloads included."""
-    size, columns = np.linalg.norm(model.robot.kinematics.gravity.linear), []
-    for axis in axes:
-        bodies = run.bodies.copy()
-        bodies.gravity = pin.Motion(size * np.eye(3)[axis], np.zeros(3))
+def gravity_columns(model: Model, run: Driven, fields: np.ndarray) -> np.ndarray:
+    """Motor torque in gravity fields (a, 3) [m/s^2], shape (t, n, a) [N m]; payloads included."""
+    columns = []
+    for field in fields:
+        bodies = run.unloaded.bodies.copy()
+        bodies.gravity = pin.Motion(field, np.zeros(3))
         data = bodies.createData()
-        columns.append([pin.computeGeneralizedGravity(bodies, data, q) for q in run.motion.position])
-    return on_motors(model.robot, np.stack([np.array(torque) for torque in columns], axis=2))
+        torque = [pin.computeGeneralizedGravity(bodies, data, q).copy() for q in run.motion.position]
+        columns.append(np.array(torque))
+    return on_motors(model.robot, np.stack(columns, axis=2))
 
 
 def _rough(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> np.ndarray | None:
     """Direction of gravity from the nominal bodies' torque along three axes; None if near the nominal one."""
 
     def columns(run: Driven) -> np.ndarray:
-        return _gravity_columns(model, run, (0, 1, 2))
+        return gravity_columns(model, run, np.linalg.norm(model.robot.gravity) * np.eye(3))
 
     names, free = ("x", "y", "z"), (-np.inf,) * 3
     candidate = Candidate(
@@ -203,7 +204,7 @@ def _derived(finding: Finding, known: Mapping[str, Any]) -> dict[str, Any]:
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """The arm with gravity in the direction found."""
     field = arm.model.robot.gravity
-    known = {name: quantity.value for name, quantity in finding.parameters.items()}
+    known = finding.numbers
     size = float(np.linalg.norm(field))
     if "tilt_x" in known:
         turned = field + size * np.array([known["tilt_x"], known["tilt_y"], 0.0])

@@ -22,8 +22,7 @@ from ..findings.arm import Arm
 from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
-from ..runs.driven import Driven
-from ..runs.kept import cached
+from ..runs.driven import Driven, cached
 from ..runs.usable import HELD_OUT
 from .parts import on_motors
 
@@ -147,8 +146,7 @@ def _heavier(arm: Arm, link: int, body: np.ndarray) -> Arm | None:
 
 def _found_body(finding: Hypothesis, ending: str = "") -> np.ndarray:
     """Pseudo-inertia (4, 4) from a finding's parameters with this name ending; missing ones are zero."""
-    known = {name: quantity.value for name, quantity in finding.parameters.items()}
-    return pseudo_inertia(np.array([known.get(f"{name}{ending}", 0.0) for name in INERTIAL]))
+    return pseudo_inertia(np.array([finding.numbers.get(f"{name}{ending}", 0.0) for name in INERTIAL]))
 
 
 KINDS = {

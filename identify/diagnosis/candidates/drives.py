@@ -6,7 +6,7 @@ of the current. It then falls with the square of x, the torque over a ceiling th
 over torque is 1 + `loss` x² / (1 - x²).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -31,15 +31,12 @@ the knee, or beyond the recorded range."""
 CEILINGS = (1.1, 1.5)
 """Ceiling of the torque over the largest torque of all runs [-]: close to it, or so far beyond that the extra
 current grows with the cube of the torque."""
-SHAPES = ("knee", "width", "ceiling")
-"""Parameters of a drive's saturation that are torques over the largest torque of all runs."""
+SHAPES = {"knee": Shape("1", 0.05, 0.9), "width": Shape("1", 0.02, 5.0), "ceiling": Shape("1", 1.03, 4.0)}
+"""Parameters of a drive's saturation, which are torques over the largest torque of all runs."""
 CLIPS = (0.6, 0.8, 0.9, 0.97)
 """Torque at which a recorded current is clipped, over the largest torque of all runs [-]."""
 ENDS = 0.15
 """Standard deviation of the clipped share from 1 [-]: the accuracy of the model's torque."""
-
-Excess = Callable[[np.ndarray], np.ndarray]
-"""Extra current at a torque, both relative to their values at the largest torque and not negative [-]."""
 
 
 def _gains(model: Model) -> Iterator[Candidate]:
@@ -69,48 +66,25 @@ def _with_gain(arm: Arm, finding: Hypothesis) -> Arm:
 
 def saturations(model: Model) -> Iterator[Candidate]:
     """Saturation of each drive, from a knee on or below a ceiling."""
+    knees = [{"knee": knee, "width": width} for knee in KNEES for width in WIDTHS]
     for joint in range(model.robot.dof):
-        for knee in KNEES:
-            for width in WIDTHS:
-                yield _from_a_knee(joint, {"knee": knee, "width": width})
-        for ceiling in CEILINGS:
-            yield _below_a_ceiling(joint, {"ceiling": ceiling})
+        for shape in (*knees, *({"ceiling": ceiling} for ceiling in CEILINGS)):
+            yield _saturation(joint, shape)
 
 
-def _from_a_knee(joint: int, shape: Mapping[str, float]) -> Candidate:
-    def excess(torque: np.ndarray) -> np.ndarray:
-        beyond = np.maximum(torque - shape["knee"], 0.0)
-        return beyond**2 / (beyond + shape["width"])
+def _saturation(joint: int, shape: Mapping[str, float]) -> Candidate:
+    saturating = DriveGainSaturation("", loss=1.0, **shape)
 
-    bounds = {"knee": Shape("1", 0.05, 0.9), "width": Shape("1", 0.02, 5.0)}
-    return _saturation(joint, excess, shape, bounds, lambda new: _from_a_knee(joint, new))
-
-
-def _below_a_ceiling(joint: int, shape: Mapping[str, float]) -> Candidate:
-    def excess(torque: np.ndarray) -> np.ndarray:
-        square = (torque / shape["ceiling"]) ** 2
-        return torque * square / (1.0 - square)
-
-    bounds = {"ceiling": Shape("1", 1.03, 4.0)}
-    return _saturation(joint, excess, shape, bounds, lambda new: _below_a_ceiling(joint, new))
-
-
-def _saturation(
-    joint: int,
-    excess: Excess,
-    shape: Mapping[str, float],
-    bounds: Mapping[str, Shape],
-    reshaped: Callable[[Mapping[str, float]], Candidate],
-) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         require_current(run)
         largest = max(float(run.most[joint]), 1e-12)
         torque = run.torque[:, joint] / largest
-        return on_joint(run, joint, largest * np.sign(torque) * excess(np.abs(torque)))
+        return on_joint(run, joint, largest * np.sign(torque) * saturating.excess(np.abs(torque)))
 
     return Candidate(
-        "drive_gain_saturation", (joint,), columns, ("loss",), ("1",), (0.0,), dict(shape), bounds, reshaped,
-        rows=(joint,), loaded=True,
+        "drive_gain_saturation", (joint,), columns, ("loss",), ("1",), (0.0,), dict(shape),
+        {name: SHAPES[name] for name in shape}, lambda new: _saturation(joint, new), rows=(joint,),
+        loaded=True,
     )  # fmt: skip
 
 

@@ -34,8 +34,6 @@ EXPONENTS = (1.0, 1.5, 2.0)
 VARYING = 0.3
 """Expected variation of dry friction with position, share of the joint's usual torque [-]: friction always
 opposes motion, so it varies by less than its mean. Nothing else limits waves where a joint did not move."""
-SIGN = 0.003
-"""Speed within which dry friction reverses [rad/s]."""
 
 
 def _coulomb(model: Model) -> Iterator[Candidate]:
@@ -122,7 +120,7 @@ def _neighbors(model: Model) -> Iterator[Candidate]:
     """Dry friction of each joint that depends on the position of another joint, which bends its bearing."""
 
     def torque(run: Driven, joint: int, other: int) -> np.ndarray:
-        sign, q = smooth_sign(run.motion.velocity[:, joint], SIGN), run.motion.position[:, other]
+        sign, q = smooth_sign(run.motion.velocity[:, joint]), run.motion.position[:, other]
         return np.stack([sign * np.cos(q), sign * np.sin(q)], axis=1)
 
     return by_another(model, "neighbour_friction", torque, ("Ncos", "Nsin"))

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 
 from ...model import Model
 from ..findings.arm import Arm
@@ -16,8 +15,8 @@ from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from .base_tilt import under_gravity
-from .parts import RARE, on_motors
+from .base_tilt import gravity_columns, under_gravity
+from .parts import RARE
 
 EXPECTED = ((0.0, 1.0),)
 """Prior mean and standard deviation of the share [-]: about any share up to all of the weight."""
@@ -35,11 +34,7 @@ def compensations(model: Model) -> Iterator[Candidate]:
     field, sign = (EARTH, 1.0) if weightless else (model.robot.gravity, -1.0)
 
     def columns(run: Driven) -> np.ndarray:
-        bodies = run.bodies.copy()
-        bodies.gravity = pin.Motion(field, np.zeros(3))
-        data = bodies.createData()
-        weight = [pin.computeGeneralizedGravity(bodies, data, q).copy() for q in run.motion.position]
-        return on_motors(model.robot, sign * np.array(weight)[:, :, None])
+        return sign * gravity_columns(model, run, field[None])
 
     names, lower = ((LOADING,), (0.0,)) if weightless else ((COMPENSATED,), (-np.inf,))
     yield Candidate(
@@ -50,7 +45,7 @@ def compensations(model: Model) -> Iterator[Candidate]:
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """The arm with as much less gravity, or as much gravity, which moves its links alike."""
-    shares = {name: quantity.value for name, quantity in finding.parameters.items()}
+    shares = finding.numbers
     if LOADING in shares:
         return replace(arm, model=under_gravity(arm.model, shares[LOADING] * EARTH))
     remaining = max(1.0 - shares[COMPENSATED], 0.0)

@@ -18,6 +18,7 @@ import numpy as np
 from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
+from ...measurements.gear import Gear
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..blocks.prediction import Prediction
@@ -31,7 +32,6 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
-from .gears import bending
 
 STEP = 1.3
 """Ratio between successive resonances [-]."""
@@ -46,8 +46,6 @@ SCATTER = 0.1
 error of the link's inertia and damping."""
 LEAST = 0.5
 """Smallest coefficient [-]; below it, another oscillation is being fitted."""
-SIGN = 0.003
-"""Speed range over which a gear's friction reverses [rad/s]."""
 
 
 def gears(model: Model) -> Iterator[Candidate]:
@@ -58,15 +56,24 @@ def gears(model: Model) -> Iterator[Candidate]:
             yield _gear(model, joint, inertia, resonance, RATIO)
 
 
+def gear_torque(model: Model, run: Driven, gear: Gear) -> np.ndarray:
+    """Motor torque beyond that of a rigid gear, shape (t, n) [N m]."""
+    joint, tangent = model.robot.index(gear.joint), run.unloaded.tangent
+    step = float(np.median(np.diff(run.motion.time)))
+    twist = gear.twist(tangent, run.motion.load[:, joint], joint, step)
+    return -tangent.torque(joint, *twist) @ model.robot.to_motors.T
+
+
 def _gear(
     model: Model, joint: int, inertia: float, resonance: float, ratio: float, within: Shape | None = None
 ) -> Candidate:
     """A gear whose mean link has a resonance [Hz], refined around it or within given bounds."""
     angular = 2 * np.pi * resonance
-    stiffness, loss = inertia * angular**2, 2 * ratio * inertia * angular
+    stiffness = inertia * angular**2
+    gear = JointElasticity(model.robot.joints[joint], stiffness, 2 * ratio * inertia * angular)
 
     def columns(run: Driven) -> np.ndarray:
-        return bending(model, run, joint, (stiffness, loss))[:, :, None]
+        return gear_torque(model, run, gear)[:, :, None]
 
     def reshaped(shape: Mapping[str, float]) -> Candidate:
         return _gear(model, joint, inertia, shape["resonance"], shape["damping_ratio"], within)
@@ -105,7 +112,7 @@ def _twist_rows(prediction: Prediction, runs: Sequence[Driven]) -> Rows:
     """Twist of each gear (r, n) [rad], with friction, delay and the zero in each run as unknowns."""
     twist = np.concatenate([_twist(run) for run in runs])
     velocity = np.concatenate([run.thinned(run.motion.velocity) for run in runs])
-    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity, SIGN)) for run in runs])
+    sign = np.concatenate([run.thinned(smooth_sign(run.motion.velocity)) for run in runs])
     joints, per_joint = twist.shape[1], len(runs) + 2
     columns = np.zeros((*twist.shape, joints * per_joint))
     for joint in range(joints):
@@ -178,7 +185,7 @@ def _left_out(twists: Prediction, answer: Answer) -> Iterator[float]:
 
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """The arm with an elastic gear, which is softer the larger the coefficient of the effect."""
-    known = {name: quantity.value for name, quantity in finding.parameters.items()}
+    known = finding.numbers
     stiffness = known["stiffness"] / max(known["share"], 0.1)
     damping = 2 * known["damping_ratio"] * stiffness / (2 * np.pi * known["resonance"])
     joint = arm.model.robot.joints[finding.joints[0]]

@@ -96,7 +96,7 @@ def _displaced(model: Model, motor: int, other: int, ratio: float) -> Candidate:
     def columns(run: Driven) -> np.ndarray:
         motion = run.motion
         states = (x @ to_joints.T for x in (motion.position, motion.velocity, motion.acceleration))
-        change = link_torque(run.bodies, *states) @ to_joints - run.of_links
+        change = link_torque(run.unloaded.bodies, *states) @ to_joints - run.unloaded.of_links
         return on_motors(model.robot, change[:, :, None])
 
     bounds = {"ratio": Shape("1", ratio - 0.5, ratio + 0.5)}
@@ -119,7 +119,7 @@ def _held(arm: Arm, finding: Hypothesis) -> Arm | None:
 
     A joint that moves alone then also turns the other motor, in proportion to the coupling.
     """
-    values = {name: quantity.value for name, quantity in finding.parameters.items()}
+    values = finding.numbers
     if finding.term is not None:
         names = [parameter.name for parameter in finding.term.parameters(arm.model.robot)]
         return arm.with_effect(finding.term, {name: values[name] for name in names})

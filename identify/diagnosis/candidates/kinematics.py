@@ -21,8 +21,7 @@ from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind
 from ..findings.quantities import length
 from ..questions.candidate import Candidate
-from ..runs.driven import Driven
-from ..runs.kept import cached
+from ..runs.driven import Driven, cached
 from .parts import RARE, on_motors
 
 SPRINGS = (SpringBalancer, JointSpring)
@@ -42,7 +41,7 @@ def encoder_zeros(model: Model) -> Iterator[Candidate]:
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            bodies = run.tangent.position[joint] @ model.robot.to_motors.T
+            bodies = run.unloaded.tangent.position[joint] @ model.robot.to_motors.T
             return (bodies + _by_position(springs, model, run, joint))[:, :, None]
 
         yield Candidate(
@@ -120,7 +119,7 @@ def _slopes(run: Driven) -> np.ndarray:
 
     It is the derivative of the inverse dynamics of an arm with two additional fixed joints before each axis.
     """
-    kinematics, moving, still = _with_still_joints(run.bodies)
+    kinematics, moving, still = _with_still_joints(run.unloaded.bodies)
     data, motion = kinematics.createData(), run.motion
     rows = knots(motion)
     state = np.zeros((3, len(rows), kinematics.nv))

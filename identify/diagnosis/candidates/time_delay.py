@@ -19,8 +19,7 @@ from ..findings.finding import Hypothesis
 from ..findings.kind import Kind
 from ..findings.size import sign_known
 from ..questions.candidate import UNNAMED, Candidate
-from ..runs.driven import Driven
-from ..runs.kept import at_any_load, cached
+from ..runs.driven import Driven, cached
 from ..runs.rows import torque_rate
 from .parts import RARE
 
@@ -44,7 +43,7 @@ TELEGRAM = 5e-3
 
 def delays(model: Model) -> Iterator[Candidate]:
     """Delays of all drives together, and of each drive, which rarely has its own bus."""
-    robot, between = model.robot, cached(_between, at_any_load)
+    robot, between = model.robot, cached(_between, loaded=False)
     drives = [joint for joint, name in enumerate(robot.joints) if name not in robot.passive]
     if len(drives) < 2:  # the common delay of a single drive is that of its joint
         yield from _short_and_long(tuple(drives) if robot.dof > 1 else (), 1.0, between)

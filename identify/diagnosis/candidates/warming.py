@@ -18,8 +18,6 @@ from ..runs.driven import Driven
 from .parts import RARE, on_joint
 
 WARMING = "warming_friction"
-SIGN = 0.003
-"""Speed within which dry friction reverses [rad/s]."""
 TIMES = (5.0, 20.0, 80.0)
 """Time constants that are tried [s], a factor of four apart: of windings up to small motors. In a short run,
 the longest stand for friction that falls steadily."""
@@ -41,7 +39,7 @@ def _warming(joint: int, constant: float, count: int) -> Candidate:
             raise NotRecorded("the temperature was recorded, which tells more")
         cold = np.exp(-(motion.time - motion.time[0]) / constant)
         velocity = motion.velocity[:, joint]
-        friction = np.stack([velocity, smooth_sign(velocity, SIGN)], axis=1)
+        friction = np.stack([velocity, smooth_sign(velocity)], axis=1)
         return on_joint(run, joint, cold[:, None] * friction[:, :count])
 
     def reshaped(shape: Mapping[str, float]) -> Candidate:

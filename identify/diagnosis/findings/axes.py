@@ -10,21 +10,14 @@ from .evidence import Trace
 
 
 class Axis(NamedTuple):
-    """A recorded quantity on which a residual, or the torque of a finding, may depend.
+    """A recorded quantity on which a residual, or the torque of a finding, may depend."""
 
-    Attributes:
-        label: Name, with the unit for revolute joints.
-        values: Function that gives the values for a trace and a joint, shape (r,).
-        braking: Whether torque counts as positive against the motion, as friction does.
-        size: Whether the quantity is a magnitude, which is never negative.
-        of_motor: Whether it is a motor angle, which is in radians for any joint.
-    """
-
-    label: str
+    label: str  # name, with the unit for revolute joints
+    # function that gives the values for a trace and a joint, shape (r,)
     values: Callable[[Trace, int], np.ndarray]
-    braking: bool = False
-    size: bool = False
-    of_motor: bool = False
+    braking: bool = False  # whether torque counts as positive against the motion, as friction does
+    size: bool = False  # whether the quantity is a magnitude, which is never negative
+    of_motor: bool = False  # whether it is a motor angle, which is in radians for any joint
 
     def title(self, revolute: bool) -> str:
         """The label with the unit for a revolute or prismatic joint."""

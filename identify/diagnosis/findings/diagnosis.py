@@ -1,99 +1,26 @@
-"""Diagnosis: findings, what remains unexplained, and what the findings improve."""
+"""Diagnosis: findings, what remains unexplained, and what the findings improve.
 
+Verdict, model and page come from higher layers, which are therefore imported only when asked for.
+"""
+
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ...notebook import InNotebook, counted
+from ...errors import ExidynError
+from ...notebook import InNotebook, counted, optional
 from ...result_file import NOT_IN_FILE
-from ...schema import Count, EffectName, Number, Probability, Real
+from ...schema import Number, Real
 from .evidence import Evidence
 from .finding import Finding
-from .located import Hinted, Located
-from .methods import DiagnosisMethods
+from .residuals import Budget, Change, Hinted, Located, Remainder
 
-UNCERTAIN = ""
-"""Dependence of a remainder that no recorded quantity predicts well enough."""
-
-
-@dataclass(frozen=True)
-class Remainder:
-    """Residual of one joint that no finding explains.
-
-    Attributes:
-        joint: Index of the joint, from 0.
-        over_noise: Residual over the noise floor [-].
-        probability: Probability that it is structure and not noise alone.
-        depends_on: Quantity on which it depends, in words, such as "position" or "velocity and position";
-            empty if no recorded quantity predicts it well enough.
-    """
-
-    joint: int
-    over_noise: Real
-    probability: Probability
-    depends_on: str
-
-    @property
-    def predictable(self) -> bool:
-        """Whether it depends on a recorded quantity."""
-        return self.depends_on != UNCERTAIN
-
-
-@dataclass(frozen=True, eq=False)
-class Share:
-    """One part of the squared residual.
-
-    Attributes:
-        finding: Index of the finding, undecided ones behind the others; None for no finding.
-        kind: Quantity on which the part depends, or noise; empty for a finding.
-        percent: Share of the squared baseline residual of each joint, shape (n,) [%].
-    """
-
-    finding: Count | None
-    kind: str
-    percent: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Budget:
-    """The squared baseline residual of each joint divided among its causes.
-
-    Attributes:
-        before_rms: Residual of the baseline, fitted within its tolerances without findings, shape (n,) [N m].
-        after_rms: Residual with all findings, shape (n,) [N m].
-        shares: Parts of the square of `before_rms`, which add up to 100 % on every joint.
-        held_out: Runs that were predicted; empty where blocks of the fitted runs predict one another.
-    """
-
-    before_rms: np.ndarray
-    after_rms: np.ndarray
-    shares: tuple[Share, ...]
-    held_out: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Change:
-    """Change of the residual by one candidate alone.
-
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Where it acts, from 0.
-        joint: Joint that improves most, from 0.
-        squared_error_percent: Change of the squared prediction error of that joint [%]; negative is better.
-        std_percent: Standard deviation of that change over blocks [%].
-        gain: Logarithm of the Bayes factor for the candidate.
-        which: Detail, in words, that distinguishes it from other candidates with its effect and joints.
-    """
-
-    effect: EffectName
-    joints: tuple[int, ...]
-    joint: int
-    squared_error_percent: Real
-    std_percent: Real
-    gain: Real
-    which: str = ""
+if TYPE_CHECKING:
+    from ...model import Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +63,7 @@ class Simulated:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Diagnosis(DiagnosisMethods, InNotebook):
+class Diagnosis(InNotebook):
     """Physics that the model lacks, with evidence, alternatives and undecided effects.
 
     Attributes:
@@ -204,6 +131,69 @@ class Diagnosis(DiagnosisMethods, InNotebook):
         """Whether something is missing that has no name here."""
         unnamed = [finding for finding in self.undecided if not finding.family]
         return bool(self.remainders or unnamed) or not all(finding.listed for finding in self.findings)
+
+    @property
+    def verdict(self) -> str:
+        """Missing effects and their certainty, in sentences."""
+        from ..words.verdict import verdict
+
+        return "\n".join(verdict(self))
+
+    @property
+    def model(self) -> "Model":
+        """The model with all findings that a model can hold.
+
+        Raises:
+            ExidynError: The diagnosis comes from a file and has no model.
+        """
+        from ..improved.improved import found_model
+
+        model = found_model(self)
+        if model is None:
+            raise ExidynError("this diagnosis was read from a file, which does not contain its model")
+        return model
+
+    def to_json(self) -> dict[str, Any]:
+        """Content of the file that `exidyn diagnose --json` writes, as a dictionary."""
+        from ..words.diagnosis_file import as_json
+
+        return as_json(self)
+
+    def save(self, path: Path | str) -> Path:
+        """Write the diagnosis as JSON and return the path."""
+        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
+        Path(path).write_text(text, encoding="utf-8")
+        return Path(path)
+
+    def to_dataframe(self) -> Any:
+        """Parameters of all findings as a pandas table with one row per parameter.
+
+        Raises:
+            MissingPackage: pandas is not installed.
+        """
+        rows = [
+            {
+                "effect": finding.effect,
+                "joints": ", ".join(self.joints[joint] for joint in finding.joints),
+                "parameter": name,
+                "value": number.value,
+                "std": number.std,
+                "unit": number.unit,
+                "determined": name not in finding.left_out,
+                "probability": finding.probability,
+                "named": finding in self.findings,
+            }
+            for finding in self.all_findings
+            for name, number in finding.parameters.items()
+        ]
+        return optional("pandas", "a table").DataFrame(rows)
+
+    def report(self, path: Path | str) -> Path:
+        """Write the diagnosis as one HTML page and return the path."""
+        from ...pages.diagnosis_document import report_html
+
+        Path(path).write_text(report_html(self), encoding="utf-8")
+        return Path(path)
 
     def __repr__(self) -> str:
         number = counted(len(self.findings), "finding")

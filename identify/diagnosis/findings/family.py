@@ -11,15 +11,10 @@ from ..questions.candidate import Candidate
 
 
 class Family(NamedTuple):
-    """Effects that differ only in their formulas.
+    """Effects that differ only in their formulas."""
 
-    Attributes:
-        dependence: Quantity on which their torque depends; several families may share it.
-        words: Description that completes "joint 3 has ...".
-    """
-
-    dependence: str
-    words: str
+    dependence: str  # quantity on which their torque depends; several families may share it
+    words: str  # description that completes "joint 3 has ..."
 
 
 DEPENDENCES: dict[str, str] = {

@@ -42,6 +42,11 @@ class Hypothesis:
     term: Effect | None = field(default=None, metadata=NOT_IN_FILE)
     file: str = ""
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Values of the parameters by name."""
+        return {name: quantity.value for name, quantity in self.parameters.items()}
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Finding(Hypothesis):

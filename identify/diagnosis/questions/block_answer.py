@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..blocks.block_likelihood import Amplitude, all_or_nothing_of_each, amplitude, amplitudes
+from ..blocks.block_likelihood import above_zero, all_or_nothing
 from ..blocks.prediction import CERTAIN
 from .candidate import SIZE, Candidate, Thinned
 
@@ -83,6 +83,11 @@ class Answer:
         """Contribution of each joint's fitted blocks to the gain, shape (n,)."""
         return np.asarray(self.gains[self.fitted].sum(axis=0))
 
+    @property
+    def joint(self) -> int:
+        """Index of the joint that shows it best, from 0."""
+        return int(np.argmax(self.by_joint))
+
     @cached_property
     def held_out(self) -> float:
         """Gain in log probability of the held-out blocks; zero without any."""
@@ -95,11 +100,6 @@ class Answer:
         It is one half for each free coefficient (Akaike), times the ratio of held-out to fitted blocks.
         """
         return 0.5 * float(self.free.sum()) * float((~self.fitted).sum() / max(self.fitted.sum(), 1))
-
-    @cached_property
-    def amplitude(self) -> Amplitude:
-        """Amplitude of the predicted effect in the fitted blocks."""
-        return amplitude(self.along[self.fitted], self.size[self.fitted])
 
     @cached_property
     def sized(self) -> bool:
@@ -158,10 +158,6 @@ def compute_scatter_odds(answers: Sequence[Answer]) -> None:
             continue
         along = np.stack([answer.along[answer.fitted] for answer in group])
         size = np.stack([answer.size[answer.fitted] for answer in group])
-        odds = (
-            all_or_nothing_of_each(along, size).tolist()
-            if sized
-            else [amplitude.log_odds for amplitude in amplitudes(along, size)]
-        )
-        for answer, log_odds in zip(group, odds, strict=True):
+        odds = all_or_nothing(along, size) if sized else above_zero(along, size)
+        for answer, log_odds in zip(group, odds.tolist(), strict=True):
             answer.scatter[sized] = log_odds

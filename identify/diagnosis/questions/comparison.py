@@ -85,7 +85,7 @@ def by_blocks(prediction: Prediction, answer: Answer, other: Answer) -> float:
         for product in (residual * difference, difference**2)
     )
     fitted = prediction.blocks.fitted
-    return all_or_nothing(along[fitted], size[fitted])
+    return float(all_or_nothing(along[fitted], size[fitted]))
 
 
 def better(answer: Answer, other: Answer, blocks: float, prior: float = 0.0) -> float:
@@ -104,6 +104,13 @@ def better(answer: Answer, other: Answer, blocks: float, prior: float = 0.0) -> 
     sign = 1.0 if gain > 0.0 else -1.0
     evidence = sign * max(against_all(sign * gain, sign * blocks), 0.0)
     return evidence + other.cost - answer.cost + answer.relief - other.relief + prior
+
+
+def explained_variance(prediction: Prediction, answer: Answer, joint: int) -> tuple[float, float]:
+    """Variance of a joint's predicted blocks without an effect, and by how much the effect reduces it."""
+    errors = np.stack([answer.predicted, answer.errors])
+    before, after = prediction.common_variance(errors, answer.independent)[:, joint]
+    return float(before), float(before - after)
 
 
 def relative_change(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:

@@ -1,10 +1,12 @@
-"""Budget: causes of the baseline residual, and the change of the residual by each candidate alone."""
+"""Budget: causes of the baseline residual, its dependences, and its change by each candidate alone."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ..findings.diagnosis import Budget, Change, Share
+from ..candidates import dependence_of
+from ..findings.residuals import Budget, Change, Located, Remainder, Share
 from ..questions.block_answer import Answer
 from ..questions.comparison import relative_change
 from ..search.problem import Problem
@@ -76,6 +78,41 @@ def _kinds(
     return shares | {OTHER: np.maximum(remainder - sum(shares.values(), np.zeros(len(remainder))), 0.0)}
 
 
+LEAST = 0.01
+"""Smallest share of a joint's squared residual that the table lists [-]: no formula is more exact."""
+
+
+def located(
+    budget: Budget, selected: Sequence[Selected], remainders: Sequence[Remainder]
+) -> tuple[Located, ...]:
+    """Rows by joint, the largest share first; findings with the same dependence share a row."""
+    known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
+    rows: list[Located] = []
+    for joint in range(len(budget.before_rms)):
+        parts: dict[str, Located] = {}
+        for share in budget.shares:
+            size, place = float(share.percent[joint]) / 100.0, share.finding
+            if place is None:
+                part = Located(joint, share.kind, size, known.get((joint, share.kind)), None)
+            else:
+                finding = selected[place]
+                depends_on = dependence_of(finding.answer.candidate) or finding.answer.candidate.effect
+                probability = finding.dependence_probability if finding.proven else None
+                part = Located(joint, depends_on, size, probability, place)
+            parts[part.depends_on] = _together(parts.get(part.depends_on), part)
+        large = [part for part in parts.values() if part.share >= LEAST]
+        rows += sorted(large, key=lambda part: -part.share)
+    return tuple(rows)
+
+
+def _together(row: Located | None, part: Located) -> Located:
+    """The row with one more part; finding and probability are those of the likelier part."""
+    if row is None:
+        return part
+    likelier = max(row, part, key=lambda either: either.probability or 0.0)
+    return replace(likelier, share=row.share + part.share)
+
+
 MOST = 20
 """Largest number of listed candidates."""
 
@@ -89,7 +126,7 @@ def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
 
 def _change(answer: Answer, judged: np.ndarray) -> Change:
     """Relative change of the squared error over the evaluated blocks, with its standard deviation."""
-    joint = int(np.argmax(answer.by_joint))
+    joint = answer.joint
     change, std = relative_change(answer.predicted[judged, joint], answer.errors[judged, joint])
     candidate = answer.candidate
     return Change(

@@ -96,17 +96,13 @@ STEP = 0.02
 
 
 class Spread(NamedTuple):
-    """Joint covariance of all unknowns, including the numbers of shapes.
+    """Joint covariance of all unknowns, including the numbers of shapes."""
 
-    Attributes:
-        prediction: Prediction with all findings, with the derivative by each shape number as a column.
-        shapes: Index of the finding and name of each shape number; their unknowns are the last.
-        covariance: Covariance of all unknowns, shape (b, b).
-    """
-
+    # prediction with all findings, with the derivative by each shape number as a column
     prediction: Prediction
+    # index of the finding and name of each shape number; their unknowns are the last
     shapes: tuple[tuple[int, str], ...]
-    covariance: np.ndarray
+    covariance: np.ndarray  # covariance of all unknowns, shape (b, b)
 
     def of(self, result: SearchResult, place: int) -> tuple[np.ndarray, tuple[str, ...]]:
         """Indices of the unknowns of a finding, coefficients first, and names of its shape numbers."""

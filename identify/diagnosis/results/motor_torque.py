@@ -56,7 +56,7 @@ def undetermined_gains(result: SearchResult, spread: Spread) -> list[str]:
     names, joints = result.prediction.rows.names, result.problem.model.robot.joints
     std, half, open_gains = np.sqrt(np.diag(spread.covariance)), [], []
     lasting = [finding.answer for finding in result.selected if not finding.once]
-    for joint in sorted({int(np.argmax(answer.by_joint)) for answer in lasting}):
+    for joint in sorted({answer.joint for answer in lasting}):
         place = names.index(f"{GAIN}{joint + 1}") if f"{GAIN}{joint + 1}" in names else None
         if place is not None and std[place] > SHOWN * result.prediction.rows.std[place] > 0.0:
             half.append(100.0 * NORMAL_95 * float(std[place]))

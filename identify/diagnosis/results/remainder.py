@@ -14,10 +14,10 @@ from ...effects.smooth_sign import smooth_sign
 from ...model import Model
 from ..blocks.prediction import Prediction
 from ..candidates.parts import on_joint
-from ..findings.diagnosis import UNCERTAIN, Remainder
+from ..findings.residuals import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
-from ..questions.comparison import colouring
+from ..questions.comparison import colouring, explained_variance
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..search.problem import Problem
@@ -25,8 +25,6 @@ from ..search.search import SearchResult
 from ..search.selected import odds_of
 
 Feature = Callable[[Driven, int], list[np.ndarray]]
-SIGN = 0.003
-"""Speed range in which dry friction reverses [rad/s]."""
 WAVES = 6
 """Number of half waves over a run for drifts; variations within seconds count as noise."""
 CREDIBLE = 0.99
@@ -63,7 +61,7 @@ def _velocity(run: Driven, joint: int) -> list[np.ndarray]:
 
 
 def _sign(run: Driven, joint: int) -> np.ndarray:
-    return smooth_sign(run.motion.velocity[:, joint], SIGN)
+    return smooth_sign(run.motion.velocity[:, joint])
 
 
 def _position_and_direction(run: Driven, joint: int) -> list[np.ndarray]:
@@ -179,7 +177,7 @@ def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarr
     above = np.maximum(rms(prediction.residual, prediction.rows.weight) ** 2 - noise**2, 0.0)
     selected = list(result.selected)
     for place, finding in enumerate(selected):
-        joint = int(np.argmax(finding.answer.by_joint))
+        joint = finding.answer.joint
         # A finding from other signals, or from strained nominal values, explains no blocks.
         apart = finding.once or finding.answer.relief > float(finding.answer.by_joint.sum())
         explained = 0.0 if apart else _explained(prediction, finding.answer, joint) ** 2
@@ -196,9 +194,7 @@ def _explained(prediction: Prediction, answer: Answer, joint: int) -> float:
     The torque of the answer may be far larger, since the parameters of the model absorb most of a smooth
     function.
     """
-    errors = np.stack([answer.predicted, answer.errors])
-    before, after = prediction.common_variance(errors, answer.independent)[:, joint]
-    return float(np.sqrt(max(before - after, 0.0)))
+    return float(np.sqrt(max(explained_variance(prediction, answer, joint)[1], 0.0)))
 
 
 def line(prediction: Prediction, joint: int) -> float:

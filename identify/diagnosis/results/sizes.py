@@ -37,21 +37,13 @@ SIZES, SIGNED = ("smallest", "usual", "largest"), ("lowest", "middle", "highest"
 
 
 class FindingUnknowns(NamedTuple):
-    """Unknowns of one finding among all unknowns.
+    """Unknowns of one finding among all unknowns."""
 
-    Attributes:
-        place: Index of the finding.
-        joint: Index of the joint that shows it best, from 0.
-        unknowns: Indices of its unknowns, coefficients before shape numbers, shape (q,).
-        names: Names of its unknowns, length q.
-        values: Coefficients, shape (p,).
-    """
-
-    place: int
-    joint: int
-    unknowns: np.ndarray
-    names: tuple[str, ...]
-    values: np.ndarray
+    place: int  # index of the finding
+    joint: int  # index of the joint that shows it best, from 0
+    unknowns: np.ndarray  # indices of its unknowns, coefficients before shape numbers, shape (q,)
+    names: tuple[str, ...]  # names of its unknowns, length q
+    values: np.ndarray  # coefficients, shape (p,)
 
     @property
     def shape(self) -> tuple[str, ...]:
@@ -63,9 +55,7 @@ def unknowns_of(result: SearchResult, spread: Spread, place: int) -> FindingUnkn
     """Unknowns of one finding."""
     answer, (unknowns, names) = result.selected[place].answer, spread.of(result, place)
     values = result.prediction.values[places_of(result, place)]
-    return FindingUnknowns(
-        place, int(np.argmax(answer.by_joint)), unknowns, (*answer.candidate.names, *names), values
-    )
+    return FindingUnknowns(place, answer.joint, unknowns, (*answer.candidate.names, *names), values)
 
 
 def size(result: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:
@@ -104,18 +94,13 @@ def _slopes(candidate: Candidate, finding: FindingUnknowns, run: Driven) -> np.n
 
 
 class _Along(NamedTuple):
-    """Torque along an axis, in the rows in which the joint does not stick.
+    """Torque along an axis, in the rows in which the joint does not stick."""
 
-    Attributes:
-        x: Values of the axis, shape (r,).
-        slopes: Derivative of the torque by each unknown, shape (r, q); positive against the motion if the
-            axis is `braking`.
-        bins: Indices of the rows in each bin of the curve.
-    """
-
-    x: np.ndarray
+    x: np.ndarray  # values of the axis, shape (r,)
+    # derivative of the torque by each unknown, shape (r, q); positive against the motion if the axis is
+    # `braking`
     slopes: np.ndarray
-    bins: list[np.ndarray]
+    bins: list[np.ndarray]  # indices of the rows in each bin of the curve
 
     @classmethod
     def of(cls, axis: Axis, slopes: np.ndarray, joint: int, traces: Sequence[Trace]) -> "_Along":

@@ -1,8 +1,10 @@
 """Runs of a diagnosis: prepared recordings with the fitted model's torque at every sample."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -62,9 +64,8 @@ class Driven:
     prepared: Prepared  # filtered motion and current
     motion: Motion  # filtered motion with the gear load of the fitted model
     torque: np.ndarray  # motor torque of the fitted model, at full rate, shape (t, n) [N m]
-    bodies: pin.Model  # arm with nominal links and nominal payload
+    unloaded: Unloaded  # quantities of this run that do not depend on the load
     peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for this run
-    shared: Unloaded | None = None  # quantities independent of load; None to compute them
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":
@@ -76,8 +77,8 @@ class Driven:
         prepared = prepare(recording, filtering)
         no_torque = np.zeros_like(prepared.motion.position)
         bodies, _ = model.bodies_apart(model.nominal_values, prepared.motion.payload)
-        shared = Unloaded(bodies, prepared.motion)
-        nominal = cls(role, prepared, prepared.motion, no_torque, bodies, shared=shared)
+        unloaded = Unloaded(bodies, prepared.motion)
+        nominal = cls(role, prepared, prepared.motion, no_torque, unloaded)
         return nominal.after(model, model.nominal_values)
 
     def after(self, model: Model, values: np.ndarray) -> "Driven":
@@ -108,21 +109,6 @@ class Driven:
         return np.max(np.abs(self.torque), axis=0) if self.peak is None else self.peak
 
     @cached_property
-    def unloaded(self) -> Unloaded:
-        """Quantities of this run that do not depend on the load."""
-        return self.shared or Unloaded(self.bodies, self.motion)
-
-    @property
-    def of_links(self) -> np.ndarray:
-        """Torque of the links in the recorded motion, shape (t, n) [N m]."""
-        return self.unloaded.of_links
-
-    @property
-    def tangent(self) -> Tangent:
-        """Change of the links' torque for small displacements of each joint."""
-        return self.unloaded.tangent
-
-    @cached_property
     def rows(self) -> int:
         """Number of rows after decimation."""
         return len(self.prepared.decimation.centres(len(self.motion)))
@@ -143,10 +129,32 @@ class Driven:
             prepared=prepared,
             motion=self.motion[::step],
             torque=self.torque[::step],
-            shared=self.unloaded.strided(step),
+            unloaded=self.unloaded.strided(step),
         )
         coarse.__dict__["rows"] = self.rows
         return coarse
+
+
+Computed = TypeVar("Computed")
+
+
+def cached(compute: Callable[[Driven], Computed], loaded: bool = True) -> Callable[[Driven], Computed]:
+    """The same function, computed once per run; a value is freed together with its run.
+
+    Args:
+        compute: Function of a run.
+        loaded: Whether its value depends on the load; otherwise runs at another load share it.
+    """
+    cache: WeakKeyDictionary[object, Computed] = WeakKeyDictionary()
+
+    @wraps(compute)
+    def compute_once(run: Driven) -> Computed:
+        key = run if loaded else run.unloaded
+        if key not in cache:
+            cache[key] = compute(run)
+        return cache[key]
+
+    return compute_once
 
 
 def model_torque(model: Model, motion: Motion, values: np.ndarray, transmitted: bool) -> np.ndarray:

@@ -1,12 +1,13 @@
 """Held out: how far held-out runs support or contradict a hypothesis."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
 
-from ..blocks.block_likelihood import all_or_nothing, amplitude
+from ..blocks.block_likelihood import above_zero, all_or_nothing
+from ..candidates import dependence_of
+from ..findings.residuals import Hinted
 from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
 from ..questions.comparison import relative_change
 from .problem import Problem
@@ -18,35 +19,34 @@ FEW = 3
 """Fewest blocks whose scatter says anything about an effect."""
 
 
-class Hint(NamedTuple):
-    """An effect that held-out runs show and fitted runs do not: fit one of those runs to find it."""
-
-    answer: Answer  # with all findings in the model
-    odds: float  # log odds that the effect is there, from the held-out runs alone
-
-    @property
-    def joint(self) -> int:
-        """Index of the joint on which held-out runs show it best, from 0."""
-        return int(np.argmax(self.answer.gains[~self.answer.fitted].sum(axis=0)))
-
-
-def hints(answers: Sequence[Answer], total: float) -> list[Hint]:
+def hints(answers: Sequence[Answer], total: float) -> tuple[Hinted, ...]:
     """Best hypothesis for each joint that held-out runs support and fitted blocks do not contradict.
 
     Args:
         answers: Answers with all findings in the model.
         total: Sum of the prior weights of all hypotheses.
     """
-    best: dict[int, Hint] = {}
+    best: dict[int, tuple[float, Hinted]] = {}
     for answer in answers:
-        hint = Hint(answer, odds_held_out(answer, total))
         undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief and answer.gain < CERTAIN_ODDS
+        odds, hint = odds_held_out(answer, total), _hint(answer)
         held = ~answer.fitted, hint.joint
         excludes_zero = explains(answer.predicted[held], answer.errors[held])
-        supported = hint.odds > CERTAIN_ODDS and undecided and excludes_zero
-        if supported and (hint.joint not in best or best[hint.joint].odds < hint.odds):
-            best[hint.joint] = hint
-    return [best[joint] for joint in sorted(best)]
+        supported = odds > CERTAIN_ODDS and undecided and excludes_zero
+        if supported and odds > best.get(hint.joint, (-np.inf,))[0]:
+            best[hint.joint] = odds, hint
+    return tuple(best[joint][1] for joint in sorted(best))
+
+
+def _hint(answer: Answer) -> Hinted:
+    """An effect as held-out runs show it, on the joint that shows it best."""
+    held_out, candidate = ~answer.fitted, answer.candidate
+    joint = int(np.argmax(answer.gains[held_out].sum(axis=0)))
+    change, std = relative_change(answer.predicted[held_out, joint], answer.errors[held_out, joint])
+    depends_on = dependence_of(candidate) or candidate.effect
+    return Hinted(
+        candidate.effect, joint, depends_on, float(answer.gain), float(answer.held_out), change, std
+    )
 
 
 def odds_held_out(answer: Answer, total: float) -> float:
@@ -57,10 +57,8 @@ def odds_held_out(answer: Answer, total: float) -> float:
     held = ~answer.fitted
     if not np.any(held):
         return -np.inf
-    sized = bool(np.any(answer.columns.mean != 0.0))
-    along, size = answer.along[held], answer.size[held]
-    scatter = all_or_nothing(along, size) if sized else amplitude(along, size).log_odds
-    odds = against_all(answer.held_out - answer.cost, scatter - answer.choice)
+    scatter = (all_or_nothing if answer.sized else above_zero)(answer.along[held], answer.size[held])
+    odds = against_all(answer.held_out - answer.cost, float(scatter) - answer.choice)
     return odds + float(np.log(2.0)) + log_prior(answer, total)
 
 
@@ -88,7 +86,7 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:
     with_finding = problem.prediction(answers_of(selected))
     without = problem.prediction([other.answer for other in selected if other is not finding], with_finding)
-    joint, fitted = int(np.argmax(finding.answer.by_joint)), problem.blocks.fitted
+    joint, fitted = finding.answer.joint, problem.blocks.fitted
     before, after = without.errors[:, joint], with_finding.errors[:, joint]
     return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
 

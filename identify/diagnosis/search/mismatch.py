@@ -12,9 +12,8 @@ import numpy as np
 from ...effects import TorqueCurve
 from ...effects.torque_curve import ABSCISSAE
 from ...model import Model
-from ..candidates import family_of, kind_of
+from ..candidates import dependence_of, kind_of
 from ..candidates.parts import on_motors
-from ..findings.family import FAMILIES
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
 from ..questions.candidate_fit import FORMULA
@@ -101,8 +100,7 @@ def with_mismatches(
 
 def _place(candidate: Candidate) -> Place | None:
     """Abscissa of a candidate's formula and its joint; None if it has no such formula."""
-    family = family_of(candidate)
-    if not family or not kind_of(candidate.effect).formula or len(candidate.joints) != 1:
+    over = dependence_of(candidate)
+    if over not in ABSCISSAE or not kind_of(candidate.effect).formula or len(candidate.joints) != 1:
         return None
-    over, [joint] = FAMILIES[family].dependence, candidate.joints
-    return (over, joint) if over in ABSCISSAE else None
+    return over, candidate.joints[0]

@@ -144,23 +144,10 @@ class Problem:
     def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Pairs:
         """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load."""
         return [
-            (candidate, self._at_load(candidate, columns))
+            (candidate, self.columns_at_load(candidate, columns) if self.moved else columns)
             for candidate, columns in self.candidates
             if wanted(candidate, columns.joints)
         ]
-
-    def _at_load(self, candidate: Candidate, columns: Thinned) -> Thinned:
-        """Columns at the load of the runs, computed on first use."""
-        if not self.moved:
-            return columns
-        if candidate not in self._renewed:
-            self._renewed[candidate] = anew(candidate, columns, self.runs)
-        return self._renewed[candidate]
-
-    @cached_property
-    def _renewed(self) -> dict[Candidate, Thinned]:
-        """Columns at a load that differs from that of the first fit."""
-        return {}
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -175,7 +162,8 @@ class Problem:
     @property
     def tried(self) -> dict[str, int]:
         """Effects that these runs can test, and the number of hypotheses of each."""
-        return dict(Counter(effect for effect, *_ in {candidate.key for candidate, _ in self.candidates}))
+        keys = dict.fromkeys(candidate.key for candidate, _ in self.candidates)
+        return dict(Counter(effect for effect, *_ in keys))
 
     def prediction(self, findings: Sequence[Answer], similar: Prediction | None = None) -> Prediction:
         """Prediction with the columns of findings; its noise estimate starts from that of a similar one."""
@@ -215,7 +203,7 @@ class Problem:
     def forget(self) -> None:
         """Free the memory of predictions and products, once another problem has replaced this one."""
         self._recent.clear()
-        self._renewed.clear()
+        self._anew.clear()
         self._sums.known.clear()
 
     @cached_property

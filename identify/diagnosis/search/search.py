@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..blocks.prediction import LINEAR, Prediction
-from ..candidates import KINDS, family_of, kind_of
-from ..findings.family import FAMILIES
+from ..candidates import KINDS, dependence_of, kind_of
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.candidate_fit import FORMULA
-from ..questions.comparison import by_blocks, colouring, competing, seeing
+from ..questions.comparison import by_blocks, colouring, competing, explained_variance, seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .checks import answer_beside, checked_by_held_out, nominal_if_better, with_refined_shape
@@ -227,18 +226,17 @@ def _material(answer: Answer, prediction: Prediction) -> bool:
     This is judged on the joint that shows it best, by the common variance of blocks. A smooth torque must
     also exceed the sensors' error of the joint's usual torque.
     """
-    joint = int(np.argmax(answer.by_joint))
-    variance = prediction.common_variance(np.stack([answer.predicted, answer.errors]), answer.independent)
-    before, after = variance[:, joint]
+    joint = answer.joint
+    before, explained = explained_variance(prediction, answer, joint)
     least, usual = FORMULA**2 * before, answer.columns.usual
     if answer.candidate.smooth and usual is not None and joint in answer.columns.joints:
         least = max(least, (LINEAR * usual[answer.columns.joints == joint][0]) ** 2)
-    return bool(before - after > least) or answer.relief > CERTAIN_ODDS
+    return explained > least or answer.relief > CERTAIN_ODDS
 
 
 def without_idle_curves(best: Sequence[Answer], prediction: Prediction) -> list[Answer]:
     """Answers without the curves that explain hardly more than a formula over the same quantity."""
-    explained = {id(answer): _explained_variance(answer, prediction) for answer in best}
+    explained = {id(answer): explained_variance(prediction, answer, answer.joint)[1] for answer in best}
     formulas: dict[tuple[str, tuple[int, ...]], float] = {}
     for answer in best:
         place = _dependence(answer.candidate)
@@ -256,15 +254,8 @@ def without_idle_curves(best: Sequence[Answer], prediction: Prediction) -> list[
 
 def _dependence(candidate: Candidate) -> tuple[str, tuple[int, ...]] | None:
     """Quantity that the torque of a candidate depends on, and its joints."""
-    family = family_of(candidate)
-    return (FAMILIES[family].dependence, candidate.joints) if family else None
-
-
-def _explained_variance(answer: Answer, prediction: Prediction) -> float:
-    """Variance that an effect explains on the joint that shows it best [(N m)^2]."""
-    variance = prediction.common_variance(np.stack([answer.predicted, answer.errors]), answer.independent)
-    before, after = variance[:, int(np.argmax(answer.by_joint))]
-    return float(before - after)
+    dependence = dependence_of(candidate)
+    return (dependence, candidate.joints) if dependence else None
 
 
 def _still_needed(problem: Problem, selected: list[Selected], total: float) -> tuple[Problem, list[Selected]]:

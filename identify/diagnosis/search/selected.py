@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..candidates import family_of
+from ..candidates import dependence_of, family_of
 from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate
@@ -22,13 +22,6 @@ EXCLUDED_ODDS = float(-np.log(EXCLUDED))
 """Log odds against a rival from which on it is not compared any further."""
 ByBlocks = Callable[[Answer, Answer], float]
 """Log odds of one answer against another, from the scatter of left-out blocks."""
-
-
-class FamilyShare(NamedTuple):
-    """A family of effects, and the probability that the effect is any member of it."""
-
-    name: str
-    probability: float
 
 
 class Selected(NamedTuple):
@@ -72,18 +65,21 @@ class Selected(NamedTuple):
         return float(np.logaddexp.reduce([0.0, *alike]))
 
     @property
-    def family(self) -> FamilyShare | None:
-        """The narrowest family on its joints that is certain enough to be named; None if unproven."""
-        narrow = family_of(self.answer.candidate) if self.proven else ""
-        wide = FAMILIES[narrow].dependence if narrow else ""
-        shares = (FamilyShare(name, self._probability_of(name)) for name in (narrow, wide) if name)
-        return next((share for share in shares if share.probability >= NAMED), None)
+    def family(self) -> tuple[str, float]:
+        """The narrowest family on its joints that is certain enough to be named, and its probability.
+
+        Empty and NaN without such a family, or if the finding is unproven.
+        """
+        candidate = self.answer.candidate
+        families = (family_of(candidate), dependence_of(candidate)) if self.proven else ()
+        shares = ((name, self._probability_of(name)) for name in families if name)
+        return next(((name, p) for name, p in shares if p >= NAMED), ("", float("nan")))
 
     @property
     def dependence_probability(self) -> float:
         """Probability that an effect is there whose torque depends on the same quantity."""
-        narrow = family_of(self.answer.candidate)
-        return self._probability_of(FAMILIES[narrow].dependence) if narrow else self.certainty
+        dependence = dependence_of(self.answer.candidate)
+        return self._probability_of(dependence) if dependence else self.certainty
 
     def _probability_of(self, family: str) -> float:
         """Probability that it is any member of a family on the same joints."""

@@ -41,7 +41,7 @@ def _part_suffices(
     Each extra parameter of unknown size costs half the logarithm of the number of rows that show it, as in
     the Bayesian information criterion (Schwarz).
     """
-    joint = int(np.argmax(larger.by_joint))
+    joint = larger.joint
     rows = larger.independent[joint] * prediction.sums.counts[larger.fitted, joint].sum()
     for part in best:
         more = larger.numbers - part.numbers

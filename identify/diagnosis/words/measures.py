@@ -20,11 +20,6 @@ def torque_units(robot: Robot) -> tuple[TorqueUnit, ...]:
     return tuple(TURNING if turning else SLIDING for turning in robot.revolute)
 
 
-def in_unit(unit: str, revolute: bool) -> str:
-    """The unit on a revolute or prismatic joint of a quantity that has `unit` on a revolute joint."""
-    return unit if revolute else LINEAR.get(unit, unit)
-
-
 def revolute(diagnosis: Diagnosis, joint: int) -> bool:
     """Whether a joint is revolute."""
     return diagnosis.torque_units[joint] == TURNING
@@ -44,7 +39,7 @@ def in_units_of_joints(finding: Finding, robot: Robot) -> Finding:
     for name, quantity in finding.parameters.items():
         reported, unit = kind.determined_as.get(name, (name, quantity.unit))
         if reported:
-            parameters[reported] = replace(quantity, unit=in_unit(unit, turning))
+            parameters[reported] = replace(quantity, unit=unit if turning else LINEAR.get(unit, unit))
     reasons = finding.left_out.items()
     left_out = {kind.determined_as.get(name, (name, ""))[0]: reason for name, reason in reasons}
     return replace(finding, parameters=parameters, left_out=left_out)

@@ -9,11 +9,11 @@ import numpy as np
 
 from ...text_table import NORMAL_95, digits, percent
 from ..candidates import kind_of
-from ..findings.diagnosis import UNCERTAIN, Moment
+from ..findings.diagnosis import Moment
 from ..findings.family import FAMILIES
 from ..findings.finding import Finding, Hypothesis
-from ..findings.located import Hinted
 from ..findings.quantities import SLIDING, TURNING, formatted
+from ..findings.residuals import UNCERTAIN, Hinted
 from .naming import effect_words, joined, joint_words, lower
 
 UNPROVEN = ", but its torque varies so much between time blocks that it may explain nothing"

@@ -8,8 +8,9 @@ from ...fit.verdict import TO_NOISE
 from ...plausible.suspicion import CHECK_FIRST, UNLESS
 from ...text_table import digits, percent
 from ..candidates import kind_of, kinds
-from ..findings.diagnosis import Diagnosis, Remainder
-from ..findings.finding import Finding, Hypothesis
+from ..findings.diagnosis import Diagnosis
+from ..findings.finding import Finding
+from ..findings.residuals import Remainder
 from ..improved.improved import FOUND
 from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
@@ -192,18 +193,16 @@ def _unnamed(diagnosis: Diagnosis) -> str:
 
 def certainty(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:
     """Sentences on the probability of a finding, excluded effects, alternatives, and the run that decides."""
-    parts = [
-        f"{named(finding.effect, finding.joints, diagnosis.joints)}: {_probability(finding.probability)}."
-    ]
+    name, probability = (
+        named(finding.effect, finding.joints, diagnosis.joints),
+        percent(finding.probability, 3),
+    )
+    parts = [f"{name}: probability {probability}."]
     parts += [_small(diagnosis, finding), _held_out(finding), _excluded(diagnosis, finding)]
     remark = kind_of(finding.effect).remark
     parts += [*left_out_words(finding.left_out).values(), _open(diagnosis, finding, folder)]
     parts.append(f"{remark}." if remark else "")
     return " ".join(part for part in parts if part)
-
-
-def _probability(probability: float) -> str:
-    return f"probability {percent(probability, 3)}"
 
 
 def _small(diagnosis: Diagnosis, finding: Finding) -> str:
@@ -239,8 +238,11 @@ def _open(diagnosis: Diagnosis, finding: Finding, folder: str) -> str:
     """Sentence on the alternatives of a finding, and on how to decide."""
     if not finding.alternatives:
         return ""
-    others = joined([_alternative(other, diagnosis.joints) for other in finding.alternatives])
-    text = f"Not excluded: {others}."
+    others = [
+        f"{lower(named(other.effect, other.joints, diagnosis.joints))} ({percent(other.probability)})"
+        for other in finding.alternatives
+    ]
+    text = f"Not excluded: {joined(others)}."
     if command := _command(finding, folder):
         return f"{text} To distinguish them: {command}"
     run = _run_that_decides(finding)
@@ -257,10 +259,6 @@ def _run_that_decides(finding: Finding) -> str:
     """The deciding run in words; empty if none is known."""
     hypotheses = (finding, *finding.alternatives[:1])
     return next((run for other in hypotheses if (run := kind_of(other.effect).settled_by)), "")
-
-
-def _alternative(other: Hypothesis, joints: Sequence[str]) -> str:
-    return f"{lower(named(other.effect, other.joints, joints))} ({percent(other.probability)})"
 
 
 def _full(words: str, runs: Sequence[str]) -> str:

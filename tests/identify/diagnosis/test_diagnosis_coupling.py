@@ -105,7 +105,7 @@ def test_columns_for_currents_of_the_motors_take_the_links_torque_from_the_other
     coefficients = np.array([1.0, TURNS * DRAG["Ia"], TURNS * DRAG["Fv"], DRAG["Fc"]])
     motion = run.motion
     np.testing.assert_allclose(
-        candidate.columns(replace(run, motion=replace(motion, load=run.of_links))) @ coefficients,
+        candidate.columns(replace(run, motion=replace(motion, load=run.unloaded.of_links))) @ coefficients,
         by_motors(motion.position, motion.velocity, motion.acceleration),
         atol=1e-9,
     )

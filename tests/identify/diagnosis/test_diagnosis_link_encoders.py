@@ -56,7 +56,7 @@ def soft(at: Problem, resonance: float, ratio: float) -> tuple[Problem, float]:
     )
     rng, runs, torque = np.random.default_rng(5), [], []
     for run in at.runs:
-        weight, drag, inertia = run.tangent.own(1)
+        weight, drag, inertia = run.unloaded.tangent.own(1)
         loss = 2 * ratio * stiffness / (2 * np.pi * resonance) + drag
         twist = bent(inertia, loss, stiffness + weight, run.motion.load[:, 1], TICK).value
         behind = run.motion.position - np.outer(twist, [0.0, 1.0])

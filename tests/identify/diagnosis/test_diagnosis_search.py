@@ -350,7 +350,7 @@ def test_what_a_few_blocks_show_alone_is_not_credible():
     size, along = np.full(BLOCKS, 0.01), 0.1 * np.random.default_rng(0).normal(size=BLOCKS)
     size[3] = along[3] = 100.0  # ten standard deviations of noise, once
     alone = replace(one, size=size, along=along, scatter={})
-    assert alone.amplitude.log_odds < 2.0
+    assert alone.log_odds < 2.0
     assert judged([one], 10.0) is not None
     assert judged([alone], 10.0) is None
 

@@ -10,7 +10,7 @@ from scipy import signal
 from exidyn.identification.arm.tangent import tangent
 from exidyn.identification.diagnosis.candidates import backlash, contact_event, joint_elasticity
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
-from exidyn.identification.diagnosis.runs.driven import Driven
+from exidyn.identification.diagnosis.runs.driven import Driven, Unloaded
 from exidyn.identification.measurements.twist import bent, loose
 from exidyn.identification.preparation.filters import Decimation
 from exidyn.identification.simulation.plant import Plant, Transmission
@@ -106,7 +106,8 @@ def recorded(stiffness, play, swing):
     position = (swing * rising * signal.chirp(TIME, 1.0, TIME[-1], 9.0, phi=-90.0))[:, None]
     run = follow(plant, position, np.gradient(position, STEP, axis=0))
     bodies, _ = model.bodies_apart(values, "")
-    driven = Driven("", SimpleNamespace(), run.motion, np.zeros_like(position), bodies).after(model, values)
+    driven = Driven("", SimpleNamespace(), run.motion, np.zeros_like(position), Unloaded(bodies, run.motion))
+    driven = driven.after(model, values)
     return model, driven, run.measured.current[:, 0] - driven.torque[:, 0]
 
 

@@ -12,7 +12,7 @@ from exidyn.identification.arm.newton_euler import joints_of
 from exidyn.identification.diagnosis.candidates import candidates, hypotheses
 from exidyn.identification.diagnosis.candidates.kinematics import across
 from exidyn.identification.diagnosis.candidates.springs import flange_places
-from exidyn.identification.diagnosis.runs.driven import Driven, link_torque
+from exidyn.identification.diagnosis.runs.driven import Driven, Unloaded, link_torque
 from exidyn.identification.effects import RigidBody, ViscousFriction
 from exidyn.identification.model import Model
 
@@ -27,7 +27,8 @@ VALUES = two_joints.true_values(MODEL)
 def driven() -> Driven:
     motion = two_joints.motion(4000, rate=1000.0)
     bodies, _ = MODEL.bodies_apart(VALUES, "")
-    return Driven("", SimpleNamespace(), motion, np.zeros_like(motion.position), bodies).after(MODEL, VALUES)
+    still = np.zeros_like(motion.position)
+    return Driven("", SimpleNamespace(), motion, still, Unloaded(bodies, motion)).after(MODEL, VALUES)
 
 
 def one(name: str, **shape: float):
@@ -85,7 +86,7 @@ def test_bodies_beyond_a_misaligned_axis_take_the_torque_of_an_arm_that_was_buil
     still = np.zeros_like(states[0])
     motion = Motion(time, *states, load=still, temperature=still)
     bodies = robot.kinematics
-    run = Driven("", SimpleNamespace(), motion, still, bodies)
+    run = Driven("", SimpleNamespace(), motion, still, Unloaded(bodies, motion))
     [candidate] = [each for each in hypotheses("axis_misalignment", model) if each.joints == (joint,)]
     columns = candidate.columns(run)
     for place, direction in enumerate(across(joints_of(bodies)[joint].axis)):

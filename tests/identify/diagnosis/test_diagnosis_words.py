@@ -11,8 +11,9 @@ import pytest
 from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, Quantity, Remainder
 from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identification.diagnosis.candidates.curves import NAMES
-from exidyn.identification.diagnosis.findings.diagnosis import Budget, Change, Moment, Share
+from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.findings.quantities import Formatted, stated, with_interval
+from exidyn.identification.diagnosis.findings.residuals import Budget, Change, Share
 from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
 from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identification.diagnosis.results.budget import OTHER

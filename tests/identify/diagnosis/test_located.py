@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.candidates import family_of
-from exidyn.identification.diagnosis.findings.diagnosis import Budget, Remainder, Share
+from exidyn.identification.diagnosis.candidates import dependence_of, family_of
 from exidyn.identification.diagnosis.findings.family import FAMILIES
-from exidyn.identification.diagnosis.results.located import LEAST, dependence_of, located
+from exidyn.identification.diagnosis.findings.residuals import Budget, Remainder, Share
+from exidyn.identification.diagnosis.results.budget import LEAST, located
 
 
 def found(effect, probability, joint=0):
@@ -45,7 +45,7 @@ def test_findings_of_one_dependence_are_one_row_and_small_parts_are_none():
     assert [row.probability for row in rows] == [0.99, None, None, 0.9, None, 0.995]
 
 
-def test_an_effect_of_no_family_depends_on_what_only_it_does():
-    assert dependence_of(found("hose_spring", 1.0).answer.candidate) == "hose_spring"
+def test_an_effect_of_no_family_has_no_dependence():
+    assert dependence_of(found("hose_spring", 1.0).answer.candidate) == ""
     spring = found("joint_spring", 1.0).answer.candidate
     assert dependence_of(spring) == FAMILIES[family_of(spring)].dependence == "position"

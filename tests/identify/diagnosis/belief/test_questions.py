@@ -13,7 +13,7 @@ from exidyn.identification.diagnosis.belief.questions import (
     nameless_torque,
 )
 from exidyn.identification.diagnosis.belief.suspects import suspects_of
-from exidyn.identification.diagnosis.findings.diagnosis import UNCERTAIN, Remainder
+from exidyn.identification.diagnosis.findings.residuals import UNCERTAIN, Remainder
 from exidyn.identification.effects import JointSpring
 
 from ....parts.small import small_diagnosis, small_search, two_joints
