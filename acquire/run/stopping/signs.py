@@ -12,7 +12,18 @@ from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import any_of
 from exidyn.identification.arm.robot import Limits, Robot
 
-from .escalation import SETTLED, UNITS, WATCHED, Sight, Sign, State, allowed_speed, overdue, stopping_distance
+from .escalation import (
+    SETTLED,
+    UNITS,
+    WATCHED,
+    Sight,
+    Sign,
+    State,
+    allowed_speed,
+    overdue,
+    sign_limits,
+    stopping_distance,
+)
 from .history import Excess, History
 from .standstill import EMERGENCY, RESTING, Standstill, unknown_at_end
 from .watch import WatchLimits
@@ -22,15 +33,6 @@ WINDOW = 0.05
 MOVING = 0.1
 """Speed above which a joint counts as moving [rad/s]: three steps per window of the coarsest encoder
 (1.5 mrad) of a serial servo. Slower motion is detected by its distance."""
-CREEP_LIMIT = 0.1
-"""Distance that no load, spring or swing explains [rad]: six degrees."""
-SWING_LIMIT = 0.2
-"""Distance beyond any swing of an arm on soft springs after a quick stop [rad]: twice `CREEP_LIMIT`."""
-FLANGE_LIMIT = 0.01
-"""Distance of the flange that counts as motion [m], in one direction and after the arm should be at rest: a
-person who holds the flange would notice it, and a settling position loop moves less."""
-BRAKING_FACTOR = 2.0
-"""Multiple of the tracking limit allowed during a controlled stop, which may still reduce the error [-]."""
 LIMP_SHARE = 0.05
 """Share of the maximum torque below which a drive is considered off [-]: friction alone takes that much."""
 MIN_SAMPLES = 3
@@ -77,15 +79,7 @@ class Signs:
         self._position: np.ndarray | None = None
         self._state, self._entered = State.LISTENING, 0.0
         self._excess = {sign: Excess(n) for sign in WATCHED[self._state]}
-        self._limits = {
-            Sign.ADRIFT: np.full(n, CREEP_LIMIT),
-            Sign.BEHIND: np.full(n, BRAKING_FACTOR * watch.tracking),
-            Sign.AWAY: np.full(n, watch.tracking),
-            Sign.OUTWARD: np.full(n, watch.outside),
-            Sign.MOVES_ON: np.full(n, SWING_LIMIT),
-            Sign.CREEPS: np.full(n, CREEP_LIMIT),
-            Sign.FLANGE_CREEPS: np.full(n, FLANGE_LIMIT),
-        }
+        self._limits = {sign: np.full(n, limit) for sign, limit in sign_limits(watch).items()}
         self._measures: dict[Sign, Callable[[Sample], np.ndarray]] = {
             Sign.ADRIFT: lambda sample: np.abs(sample.position - self._first),
             Sign.FASTER: self._faster,
