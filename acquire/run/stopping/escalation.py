@@ -20,7 +20,6 @@ import numpy as np
 
 from exidyn.drivers import StopLevel
 
-from ..frames import STAGES
 from .stop import Stop
 from .watch import WatchLimits
 
@@ -143,8 +142,7 @@ def state_of(level: int, stage: int) -> State:
     return _STATES[stage]
 
 
-_MOVING = {"approaching": State.MOVING, "running": State.MOVING}
-_STATES = [_MOVING.get(stage) or State[stage.upper()] for stage in STAGES]
+_STATES = (State.LISTENING, State.MOVING, State.MOVING, State.BRAKING, State.HOLDING)  # as in `STAGES`
 WATCHED = {state: tuple(sign for rule_state, sign in RULES if rule_state is state) for state in State}
 """Signs to look for in each state."""
 

@@ -190,15 +190,15 @@ class CommandCheck:
             j = int(np.argmax(beyond))
             limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
             return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
-        if any_of(np.abs(step) > self._step):
-            j = int(np.argmax(np.abs(step) - self._step))
-            value, limit = step[j] / self._cycle, self._step[j] / self._cycle
-            return self._stop("command velocity", j, value, limit, "rad/s", "exceeds the limit of")
-        change = step - self._step_before
-        if any_of(np.abs(change) > self._change):
-            j = int(np.argmax(np.abs(change) - self._change))
-            value, limit = change[j] / self._cycle**2, self._change[j] / self._cycle**2
-            return self._stop("command acceleration", j, value, limit, "rad/s^2", "exceeds the limit of")
+        change, cycle = step - self._step_before, self._cycle
+        for kind, motion, most, time, unit in (
+            ("command velocity", step, self._step, cycle, "rad/s"),
+            ("command acceleration", change, self._change, cycle**2, "rad/s^2"),
+        ):
+            excess = np.abs(motion) - most
+            if any_of(excess > 0.0):
+                j = int(np.argmax(excess))
+                return self._stop(kind, j, motion[j] / time, most[j] / time, unit, "exceeds the limit of")
         return None
 
     def _stop(self, kind: str, joint: int, value: float, limit: float, unit: str, words: str) -> Stop:
