@@ -185,7 +185,9 @@ def config_text(config: RsiConfig) -> str:
         section = ElementTree.SubElement(ElementTree.SubElement(root, direction), "ELEMENTS")
         for element in elements:
             index = str(element.index) if element.index else INTERNAL
-            hold = {"HOLDON": str(int(element.hold))} if direction == "RECEIVE" else {}
-            ElementTree.SubElement(section, "ELEMENT", TAG=element.tag, TYPE=element.kind, INDX=index, **hold)
+            attributes = {"TAG": element.tag, "TYPE": element.kind, "INDX": index}
+            if direction == "RECEIVE":
+                attributes["HOLDON"] = str(int(element.hold))
+            ElementTree.SubElement(section, "ELEMENT", attributes)
     ElementTree.indent(root)
     return ElementTree.tostring(root, "unicode") + "\n"
