@@ -10,6 +10,8 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
 
+from exidyn.quoting import xml_document
+
 from ..errors import BadSettings
 
 TYPES = ("BOOL", "STRING", "LONG", "DOUBLE")
@@ -189,5 +191,4 @@ def config_text(config: RsiConfig) -> str:
             if direction == "RECEIVE":
                 attributes["HOLDON"] = str(int(element.hold))
             ElementTree.SubElement(section, "ELEMENT", attributes)
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, "unicode") + "\n"
+    return xml_document(root, declaration=False)

@@ -10,7 +10,7 @@ SIX = Traffic(64, 126, 6)
 
 def test_every_byte_takes_ten_bits_and_every_answer_its_delay():
     assert SIX.seconds(1_000_000) == pytest.approx(1.90e-3)
-    assert SIX.seconds(4_000_000, 500e-6, 1e-3) == pytest.approx(0.475e-3 + 3e-3 + 1e-3)
+    assert Traffic(64, 126, 6, 500e-6, 1e-3).seconds(4_000_000) == pytest.approx(0.475e-3 + 3e-3 + 1e-3)
 
 
 @pytest.mark.parametrize(
