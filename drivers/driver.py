@@ -126,6 +126,9 @@ class Driver(ABC):
     simulated: ClassVar[bool] = False
     """Whether nothing real moves, so that no confirmation is needed."""
 
+    fixed_joints: ClassVar[int] = 0
+    """Number of joints of every arm of this controller; 0 if it drives arms with any number."""
+
     def __init__(self, settings: Any, arm: Arm) -> None:
         self.settings = settings
         self.arm = arm
@@ -146,7 +149,7 @@ class Driver(ABC):
     @classmethod
     def count_joints(cls, table: Mapping[str, Any]) -> int:
         """Number of joints for which a table has settings; 0 if the table does not say."""
-        return listed_joints(cls.Settings, table)
+        return cls.fixed_joints or listed_joints(cls.Settings, table)
 
     @abstractmethod
     def open(self) -> Info:

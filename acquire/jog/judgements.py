@@ -123,21 +123,20 @@ def _other_travel(shares: np.ndarray, joint: int, joints: tuple[str, ...]) -> Ju
     return Judgement(name, value, 0.0, NO_PART, OF_WAY, Verdict.WRONG, text)
 
 
-def _unknown(name: str, why: str, value: float = np.nan, unit: str = "") -> Judgement:
-    return Judgement(name, value, np.nan, np.nan, unit, Verdict.UNKNOWN, why)
+def _unknown(name: str, why: str) -> Judgement:
+    return Judgement(name, np.nan, np.nan, np.nan, "", Verdict.UNKNOWN, why)
 
 
 def _friction(effort: Effort) -> Judgement:
     """Half the torque difference between there and back: gravity cancels, drives push with the motion."""
     name, least = "friction with the motion", DEVIATIONS * effort.friction_std
-    value = effort.friction
+    value, verdict, text = effort.friction, Verdict.RIGHT, ""
     if abs(value) <= least:
-        why = "friction is below the noise"
-        return Judgement(name, value, least, np.inf, effort.unit, Verdict.UNKNOWN, why)
-    if value > 0.0:
-        return Judgement(name, value, least, np.inf, effort.unit, Verdict.RIGHT)
-    text = f"the drive seems to push against the motion: the sign of {effort.source}"
-    return Judgement(name, value, least, np.inf, effort.unit, Verdict.WRONG, text)
+        verdict, text = Verdict.UNKNOWN, "friction is below the noise"
+    elif value < 0.0:
+        verdict = Verdict.WRONG
+        text = f"the drive seems to push against the motion: the sign of {effort.source}"
+    return Judgement(name, value, least, np.inf, effort.unit, verdict, text)
 
 
 def _gravity(
@@ -156,17 +155,16 @@ def _gravity(
     uncertainty = abs(effort.friction) + DEVIATIONS * effort.gravity_std
     value = effort.gravity
     interval = (value - uncertainty, value + uncertainty)
-    inside = low <= value <= high
+    verdict, text = Verdict.RIGHT, ""
     if interval[1] < low or interval[0] > high:
-        text = _why_gravity(effort, friction, nominal)
-        return Judgement(name, value, low, high, unit, Verdict.WRONG, text), interval
-    if abs(nominal) >= uncertainty and inside:
-        return Judgement(name, value, low, high, unit, Verdict.RIGHT), interval
-    why = (
-        f"friction may shift it by {uncertainty:.3g} {unit}, and the nominal torque is {abs(nominal):.3g} "
-        f"{unit}: jog it where gravity is larger"
-    )
-    return Judgement(name, value, low, high, unit, Verdict.UNKNOWN, why), interval
+        verdict, text = Verdict.WRONG, _why_gravity(effort, friction, nominal)
+    elif abs(nominal) < uncertainty or not low <= value <= high:
+        verdict = Verdict.UNKNOWN
+        text = (
+            f"friction may shift it by {uncertainty:.3g} {unit}, and the nominal torque is "
+            f"{abs(nominal):.3g} {unit}: jog it where gravity is larger"
+        )
+    return Judgement(name, value, low, high, unit, verdict, text), interval
 
 
 def _why_gravity(effort: Effort, friction: Judgement, nominal: float) -> str:

@@ -8,9 +8,10 @@ from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.families.sequence import Sequence
 from exidyn.trajectories.limits.moves import move
-from exidyn.trajectories.limits.usable_limits import Margins, usable
+from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.trajectory import State, whole_ticks
 
+from ..run.before import NO_MARGIN
 from ..run.errors import CannotStart, NotAllowed
 from ..run.frames import SAMPLE, Unframed, read_cycle
 from ..run.player import BRAKING, RUNNING
@@ -112,7 +113,7 @@ def there_and_back(position: np.ndarray, travel: Travel, limits: Limits, tick: f
 
 def run_limits(robot: Robot) -> Limits:
     """The robot's limits; missing ones as the planner assumes them."""
-    assumed = usable(robot, Margins(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)).limits
+    assumed = usable(robot, NO_MARGIN).limits
     positions = robot.limits.position_lower, robot.limits.position_upper
     return replace(assumed, position_lower=positions[0], position_upper=positions[1])
 

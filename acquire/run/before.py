@@ -21,7 +21,6 @@ from exidyn.trajectories.trajectory import Trajectory
 from .arms import with_body
 from .errors import CannotStart, NotAllowed
 from .player import Player
-from .stopping.stop import UnitOf, revolute_unit
 
 NO_MARGIN = Margins(position=0.0, slide=0.0, velocity=0.0, acceleration=0.0, jerk=0.0, torque=0.0)
 RATES = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
@@ -141,34 +140,32 @@ class StartRules:
 def plan_start(
     player: Player,
     measured: np.ndarray,
-    joints: Sequence[str],
+    robot: Robot,
     limits: Limits,
     rules: StartRules,
     info: Info,
-    unit_of: UnitOf = revolute_unit,
 ) -> Phases:
     """Plan the approach from where the arm stands to the start of the motion.
 
     Args:
         player: Player of the motion.
         measured: Position of the arm at rest, shape (n,) [rad] or [m].
-        joints: Names of the joints.
+        robot: Robot, for names and units of the joints.
         limits: Finite limits of the arm.
         rules: Rules of the approach.
         info: Metadata of the driver, with the controller's window.
-        unit_of: Function that returns the unit of a joint.
 
     Raises:
         CannotStart: If the arm is too far away, its position is unknown, or the approach is not allowed.
     """
-    unknown = [name for name, value in zip(joints, measured, strict=True) if not np.isfinite(value)]
+    unknown = [name for name, value in zip(robot.joints, measured, strict=True) if not np.isfinite(value)]
     if unknown:
         raise CannotStart(f"the controller reports no position of {', '.join(unknown)}")
     target = player.motion.state_at(0.0)
     away = np.abs(measured - target.position)
     if not rules.approach and np.any(away > rules.tolerance):
-        raise CannotStart(_too_far_text(measured, target.position, joints, rules, unit_of))
-    _require_window(player.motion, measured, joints, info, unit_of)
+        raise CannotStart(_too_far_text(measured, target.position, robot, rules))
+    _require_window(player.motion, measured, robot, info)
     slow = scaled_limits(limits, rules.speed) if not np.any(target.velocity) else limits
     approach = player.approach(measured, slow)
     for clearance in rules.clearances:
@@ -188,31 +185,27 @@ def scaled_limits(limits: Limits, share: float) -> Limits:
     return replace(limits, **{name: share * getattr(limits, name) for name in names})
 
 
-def _too_far_text(
-    measured: np.ndarray, target: np.ndarray, joints: Sequence[str], rules: StartRules, unit_of: UnitOf
-) -> str:
+def _too_far_text(measured: np.ndarray, target: np.ndarray, robot: Robot, rules: StartRules) -> str:
     far = [int(joint) for joint in np.flatnonzero(np.abs(measured - target) > rules.tolerance)]
-    units = [unit_of(joint, "rad") for joint in far]
+    units = [robot.unit(joint, "rad") for joint in far]
     rows = [
-        f"{joints[joint]} is at {measured[joint]:.4f}, the motion begins at {target[joint]:.4f} {unit}"
+        f"{robot.joints[joint]} is at {measured[joint]:.4f}, the motion begins at {target[joint]:.4f} {unit}"
         for joint, unit in zip(far, units, strict=True)
     ]
     allowed = " or ".join(f"{rules.tolerance:.4f} {unit}" for unit in dict.fromkeys(units))
     return f"the arm is not where the motion begins: {'; '.join(rows)}; limit {allowed}. {rules.advice}"
 
 
-def _require_window(
-    motion: Trajectory, measured: np.ndarray, joints: Sequence[str], info: Info, unit_of: UnitOf
-) -> None:
+def _require_window(motion: Trajectory, measured: np.ndarray, robot: Robot, info: Info) -> None:
     """Raise if the motion leaves the window around the current position that the controller accepts."""
     if info.window_lower is None or info.window_upper is None:
         return
     reached = motion.extremes().position
     below, above = reached.lower - measured, reached.upper - measured
-    for joint, name in enumerate(joints):
+    for joint, name in enumerate(robot.joints):
         low, high = info.window_lower[joint], info.window_upper[joint]
         if below[joint] < low or above[joint] > high:
-            size, unit = (180 / np.pi, "degrees") if unit_of(joint, "rad") == "rad" else (1e3, "mm")
+            size, unit = (180 / np.pi, "degrees") if robot.revolute[joint] else (1e3, "mm")
             raise CannotStart(
                 f"{name}: the motion goes {size * below[joint]:.2f} to {size * above[joint]:.2f} "
                 f"{unit} from where the arm stands; the controller accepts {size * low:.2f} to "

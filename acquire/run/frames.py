@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from exidyn.drivers import Command, Sample
@@ -111,9 +112,7 @@ def read_cycle(body: bytes) -> Cycle:
 
 def read_event(body: bytes) -> Event:
     """Read the event of an event frame."""
-    fields = json.loads(body)
-    times = int(fields["host_time"]), int(fields["controller_time"])
-    return Event(*times, str(fields["kind"]), str(fields["text"]), dict(fields["details"]))
+    return msgspec.convert(json.loads(body), Event)
 
 
 class Unframed:

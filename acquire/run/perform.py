@@ -137,16 +137,9 @@ def _signs(job: Job, info: Info, watch: Watch) -> Signs:
     robot = job.robot
     with np.errstate(divide="ignore"):
         current = robot.limits.torque / np.abs(robot.drive_gain)
-    return Signs(
-        robot.joints,
-        job.limits,
-        current,
-        job.watch,
-        info.cycle,
-        robot.unit,
-        watch.tracking_error,
-        partial(flange_position, robot.kinematics, robot.flange, data=robot.kinematics.createData()),
-    )
+    data = robot.kinematics.createData()
+    flange = partial(flange_position, robot.kinematics, robot.flange, data=data)
+    return Signs(robot, job.limits, current, job.watch, info.cycle, watch.history, flange)
 
 
 def _play_to_rest(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
@@ -186,8 +179,7 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
 
     def prepare() -> tuple[Player, Phases]:
         player = Player(job.motion, job.limits, info.cycle, job.settle)
-        unit = job.robot.unit
-        return player, plan_start(player, start, job.robot.joints, job.limits, job.start, info, unit)
+        return player, plan_start(player, start, job.robot, job.limits, job.start, info)
 
     try:
         _require_near(start, measured, job)
@@ -202,8 +194,7 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     player, approach = prepared
     lower = None if info.window_lower is None else start + info.window_lower
     upper = None if info.window_upper is None else start + info.window_upper
-    robot = job.robot
-    check = CommandCheck(robot.joints, job.limits, info.cycle, start, lower, upper, robot.unit)
+    check = CommandCheck(job.robot, job.limits, info.cycle, start, lower, upper)
     loop.play(player, check, approach)
 
 

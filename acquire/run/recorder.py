@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from exidyn.identification.model import Model
+from exidyn.identification.recordings.mcap.mcap_writer import Head
 from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 
@@ -57,31 +57,18 @@ def require_free(path: Path) -> None:
 
 
 @dataclass(frozen=True)
-class RunHead:
-    """The first frame of a run, which describes it.
+class RunHead(Head):
+    """The first frame of a run: the head of its recording, and how to read its samples.
 
     Attributes:
-        name: Name of the run.
-        model: Nominal model.
         signals: Measured signals: some of position, velocity, current, torque and temperature.
-        epoch: Host's clock at the first sample, where the recording's time begins [ns since 1970].
         zero: Controller's clock at the first sample [ns from its own zero].
-        trajectory: Text of the trajectory's file.
-        payload: Payload on the flange.
-        settings: Driver, scales, limits and other settings of the run.
-        warnings: Warnings known before the run.
         state: Names of the controller's own state in each cycle, and the meaning of its codes, as in `Info`.
     """
 
-    name: str
-    model: Model
-    signals: tuple[str, ...]
-    epoch: int = 0
+    host_clock: bool = True
+    signals: tuple[str, ...] = ()
     zero: int = 0
-    trajectory: str = ""
-    payload: KnownPayload | None = None
-    settings: Mapping[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
     state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
     def frame(self) -> bytes:

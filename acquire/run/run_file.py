@@ -5,6 +5,7 @@ import os
 import tempfile
 import threading
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import IO
 
@@ -27,7 +28,6 @@ from exidyn.identification.recordings.mcap.mcap_topics import (
     timing_topic,
 )
 from exidyn.identification.recordings.mcap.mcap_writer import (
-    Head,
     RecordingWriter,
     Stream,
     of_any_length,
@@ -64,7 +64,8 @@ class RunFile:
         self._timing = timing_topic(STAGES)
         self._state = [state_topic(head.state)] if head.state else []
         self._shown = -np.inf
-        self._writer = RecordingWriter(stream, _recording_head(head))
+        settings = {**head.settings, "controller_zero_ns": str(head.zero)}
+        self._writer = RecordingWriter(stream, replace(head, settings=settings))
         for topic in (*self._signals, TRANSFORMS, self._timing, *self._state, EVENTS):
             self._writer.add_topic(topic)
         self._writer.flush()
@@ -138,19 +139,6 @@ class RunFile:
         rows = (np.diff(tick, prepend=self._shown) != 0.0) & np.isfinite(position).all(axis=1)
         self._shown = tick[-1]
         return TRANSFORMS, rows, pose_messages(self._robot.kinematics, time[rows], position[rows])
-
-
-def _recording_head(head: RunHead) -> Head:
-    return Head(
-        name=head.name,
-        model=head.model,
-        payload=head.payload,
-        trajectory=head.trajectory,
-        settings={**head.settings, "controller_zero_ns": str(head.zero)},
-        warnings=head.warnings,
-        epoch=head.epoch,
-        host_clock=True,
-    )
 
 
 def _topics(measured: Sequence[str]) -> list[Topic]:

@@ -1,12 +1,10 @@
 """All drives of an arm over `canopen`: set-up, start, and error codes."""
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple, cast
 
 import canopen
-import numpy as np
 
 from ..can.can_bus import CanBus
 from ..driver import Arm
@@ -14,7 +12,7 @@ from ..errors import DriverError, LinkLost, NotReady
 from . import cia402 as c
 from .drive import Drive, Effort, effort_kind, find_effort
 from .settings import CanopenSettings
-from .setup import DriveData, DriveSettings, inspect, require_not_enabled, set_up
+from .setup import DriveData, inspect, require_not_enabled, set_up
 
 
 class SetUp(NamedTuple):
@@ -64,7 +62,7 @@ class DriveNetwork:
             kind, warnings = effort_kind(drives, wishes, self._settings.effort)
             efforts = [find_effort(d, wanted, kind) for d, wanted in zip(drives, wishes, strict=True)]
             for joint, drive in enumerate(drives):
-                set_up(drive, self._settings_of(arm, joint), efforts[joint], data[joint])
+                set_up(drive, self._settings, arm, joint, efforts[joint], data[joint])
             self._start([drive_data.beats for drive_data in data])
         return SetUp(kind, efforts, data, warnings)
 
@@ -89,14 +87,6 @@ class DriveNetwork:
     def _drive(self, joint: int) -> Drive:
         node = self._network[self._settings.nodes[joint]]
         return Drive(cast(canopen.RemoteNode, node), self._names[joint])
-
-    def _settings_of(self, arm: Arm, joint: int) -> DriveSettings:
-        s = self._settings
-        low, high = sorted(s.to_counts(np.array([arm.position_lower, arm.position_upper]))[:, joint])
-        bounded = s.write_limits and math.isfinite(low) and math.isfinite(high)
-        window = round(abs(s.following_error[joint] * s.per_radian[joint]))
-        limits = (math.ceil(low), math.floor(high)) if bounded else None
-        return DriveSettings(s.nodes[joint], s, window or None, limits)
 
     def _start(self, beating: Sequence[bool]) -> None:
         """Start all drives, and check by their heartbeats that they are operational."""

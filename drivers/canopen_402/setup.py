@@ -1,9 +1,12 @@
 """Set-up of one CiA 402 drive for cyclic synchronous position; every written value is read back."""
 
+import math
 import time
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
+import numpy as np
+
+from ..driver import Arm
 from ..errors import NotReady
 from . import cia402 as c
 from .drive import Drive, Effort, Refused
@@ -24,18 +27,6 @@ SPARE_TPDOS = (0x1801, 0x1802, 0x1803)
 """TPDOs that are switched off; the first is switched on again if an effort needs a separate TPDO."""
 SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
 """RPDOs through which other devices could command the drive."""
-
-
-class DriveSettings(NamedTuple):
-    """Settings of one drive, besides the common `settings`.
-
-    Window and limits (lowest, highest position) are in counts; None keeps the drive's values.
-    """
-
-    node: int
-    settings: CanopenSettings
-    following_window: int | None
-    limits: tuple[int, int] | None
 
 
 @dataclass
@@ -69,18 +60,20 @@ def inspect(drive: Drive) -> DriveData:
     return data
 
 
-def set_up(drive: Drive, wanted: DriveSettings, effort: Effort, data: DriveData) -> None:
-    """Set up a pre-operational drive, and add to its data; nothing moves and nothing is powered.
+def set_up(
+    drive: Drive, settings: CanopenSettings, arm: Arm, joint: int, effort: Effort, data: DriveData
+) -> None:
+    """Set up the pre-operational drive of a joint, and add to its data; nothing moves and nothing is powered.
 
     Raises NotReady if it refuses a required setting, LinkLost if it does not answer.
     """
     data.facts.append(effort.fact)
     data.warnings += effort.warnings
     _set_mode(drive, data)
-    _set_cycle(drive, wanted, data)
-    _set_guard(drive, wanted, data)
-    _set_limits(drive, wanted, data)
-    _map_pdos(drive, wanted, effort.entry, data)
+    _set_cycle(drive, settings, data)
+    _set_guard(drive, settings, data)
+    _set_limits(drive, settings, arm, joint, data)
+    _map_pdos(drive, settings.nodes[joint], effort.entry, data)
 
 
 def _identify(drive: Drive, data: DriveData) -> None:
@@ -151,63 +144,62 @@ def _set_mode(drive: Drive, data: DriveData) -> None:
         raise NotReady(f"{drive.name} was set to mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")
 
 
-def _set_cycle(drive: Drive, wanted: DriveSettings, data: DriveData) -> None:
+def _set_cycle(drive: Drive, settings: CanopenSettings, data: DriveData) -> None:
     """Set the time between targets: 0x60C2, or 0x1006 if the drive takes that instead."""
     if drive.look_up(c.SYNC_ID) not in (None, c.SYNC):
         drive.set(c.SYNC_ID, c.SYNC)
     refused = ""
     known = drive.look_up(c.SYNC_PERIOD) is not None
     if known:
-        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * wanted.settings.cycle))
+        refused = drive.offer(c.SYNC_PERIOD, round(1e6 * settings.cycle))
         data.warnings += filter(None, [refused])
     if drive.size(c.PERIOD_VALUE) is None:
         data.warnings.append(
             f"{drive.name} has no {c.PERIOD_VALUE}: with its maker's tool, set its time between targets to "
-            f"{1e3 * wanted.settings.cycle:g} ms{', unless it uses 0x1006' * (known and not refused)}"
+            f"{1e3 * settings.cycle:g} ms{', unless it uses 0x1006' * (known and not refused)}"
         )
         return
-    period = c.period_of(wanted.settings.cycle)
+    period = c.period_of(settings.cycle)
     assert period is not None  # checked by `require_sound`
     for entry, value in zip((c.PERIOD_VALUE, c.PERIOD_POWER), period, strict=True):
         drive.set(entry, value)
 
 
-def _set_guard(drive: Drive, wanted: DriveSettings, data: DriveData) -> None:
+def _set_guard(drive: Drive, settings: CanopenSettings, data: DriveData) -> None:
     """Make the drive stop by itself when the host falls silent, and record whether it will."""
     missing = [
-        drive.offer(
-            c.CONSUMER_HEARTBEAT, wanted.settings.host_node << 16 | round(1e3 * wanted.settings.dead_man)
-        ),
-        drive.offer(c.ABORT_CONNECTION, wanted.settings.abort_connection),
+        drive.offer(c.CONSUMER_HEARTBEAT, settings.host_node << 16 | round(1e3 * settings.dead_man)),
+        drive.offer(c.ABORT_CONNECTION, settings.abort_connection),
     ]
     data.guarded = not any(missing)
     if not data.guarded:
         why = f"{', '.join(filter(None, missing))}: nothing makes it stop by itself when this computer dies"
-        if wanted.settings.require_dead_man:
+        if settings.require_dead_man:
             raise NotReady(
                 f"{why}. Set require_dead_man = false to continue, with a hand on the emergency stop"
             )
         data.warnings.insert(0, why)
     stops = [
-        drive.offer(c.QUICK_STOP_OPTION, wanted.settings.quick_stop),
-        drive.offer(c.FAULT_REACTION, wanted.settings.fault_reaction),
+        drive.offer(c.QUICK_STOP_OPTION, settings.quick_stop),
+        drive.offer(c.FAULT_REACTION, settings.fault_reaction),
     ]
     data.warnings += filter(None, stops)
-    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * wanted.settings.heartbeat))
+    silent = drive.offer(c.OWN_HEARTBEAT, round(1e3 * settings.heartbeat))
     data.beats = not silent
     if silent:
         data.warnings.append(f"{silent}: only its measurements show that it is there")
 
 
-def _set_limits(drive: Drive, wanted: DriveSettings, data: DriveData) -> None:
-    if wanted.following_window is not None:
-        _set_or_advise(drive, c.FOLLOWING_WINDOW, wanted.following_window, "following_error = 0")
-        data.warnings += filter(
-            None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * wanted.settings.following_time))]
-        )
-    if wanted.limits is not None:
-        for entry, value in zip((c.LOWER_LIMIT, c.UPPER_LIMIT), wanted.limits, strict=True):
-            _set_or_advise(drive, entry, value, "write_limits = false")
+def _set_limits(drive: Drive, settings: CanopenSettings, arm: Arm, joint: int, data: DriveData) -> None:
+    """Set following error and position limits [counts], unless the drive keeps its own."""
+    window = round(abs(settings.following_error[joint] * settings.per_radian[joint]))
+    if window:
+        _set_or_advise(drive, c.FOLLOWING_WINDOW, window, "following_error = 0")
+        data.warnings += filter(None, [drive.offer(c.FOLLOWING_TIME, round(1e3 * settings.following_time))])
+    low, high = sorted(settings.to_counts(np.array([arm.position_lower, arm.position_upper]))[:, joint])
+    if settings.write_limits and math.isfinite(low) and math.isfinite(high):
+        _set_or_advise(drive, c.LOWER_LIMIT, math.ceil(low), "write_limits = false")
+        _set_or_advise(drive, c.UPPER_LIMIT, math.floor(high), "write_limits = false")
 
 
 def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> None:
@@ -216,7 +208,7 @@ def _set_or_advise(drive: Drive, entry: c.Entry, value: int, without: str) -> No
         raise NotReady(f"{why}. Set {without} to continue without it")
 
 
-def _map_pdos(drive: Drive, wanted: DriveSettings, effort: c.Entry, data: DriveData) -> None:
+def _map_pdos(drive: Drive, node: int, effort: c.Entry, data: DriveData) -> None:
     for index in SPARE_TPDOS:
         _switch_off(drive, index)
     for index in SPARE_RPDOS:
@@ -224,12 +216,12 @@ def _map_pdos(drive: Drive, wanted: DriveSettings, effort: c.Entry, data: DriveD
             _switch_off(drive, index)
         except NotReady as refusal:
             data.warnings.append(f"{refusal}: frames of others with that identifier command it")
-    _map(drive, 0x1400, 0x1600, c.RPDO1 + wanted.node, (c.CONTROLWORD, c.TARGET))
+    _map(drive, 0x1400, 0x1600, c.RPDO1 + node, (c.CONTROLWORD, c.TARGET))
     if beside(effort):
-        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wanted.node, (c.STATUSWORD, c.POSITION, effort))
+        _map(drive, 0x1800, 0x1A00, c.TPDO1 + node, (c.STATUSWORD, c.POSITION, effort))
     else:
-        _map(drive, 0x1800, 0x1A00, c.TPDO1 + wanted.node, (c.STATUSWORD, c.POSITION))
-        _map(drive, 0x1801, 0x1A01, c.TPDO2 + wanted.node, (effort,))
+        _map(drive, 0x1800, 0x1A00, c.TPDO1 + node, (c.STATUSWORD, c.POSITION))
+        _map(drive, 0x1801, 0x1A01, c.TPDO2 + node, (effort,))
 
 
 def _switch_off(drive: Drive, communication: int) -> None:

@@ -109,7 +109,7 @@ class Dynamixel(ServoDriver):
                     'from 46. Try fast_sync_read = "auto", or new firmware'
                 )
             self._joined = False
-        longest = self._shortest_cycle(self._traffic(self._ask(WARM.itemsize)), self.settings.baudrate)
+        longest = self._traffic(self._ask(WARM.itemsize)).shortest_cycle(self.settings.baudrate)
         self._cool, self._warm = (
             [self._ask(record.itemsize, more) for more in range(LENGTHS)] for record in (MEASURED, WARM)
         )

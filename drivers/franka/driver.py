@@ -6,8 +6,6 @@ positions only, and does not affect the measurements.
 """
 
 import time
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -39,6 +37,7 @@ class Franka(Driver):
     """
 
     Settings = FrankaSettings
+    fixed_joints = JOINTS
 
     def __init__(self, settings: FrankaSettings, arm: Arm) -> None:
         super().__init__(settings, arm)
@@ -55,10 +54,6 @@ class Franka(Driver):
         self._held: np.ndarray | None = None
         self._mode = ""
         self._fault = ""
-
-    @classmethod
-    def count_joints(cls, table: Mapping[str, Any]) -> int:
-        return JOINTS
 
     @property
     def sent_to_read(self) -> str:

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 
+import msgspec
 import numpy as np
 
 from ..errors import LinkLost, MissingPackage, NotReady
@@ -51,7 +52,7 @@ class FciLink:
                     "-m",
                     f"{__package__}.fci_process",
                     str(theirs.fileno()),
-                    *_arguments(settings),
+                    msgspec.json.encode(settings).decode(),
                 ],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
@@ -149,13 +150,6 @@ class FciLink:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-
-
-def _arguments(settings: FrankaSettings) -> list[str]:
-    held_back = max(round(settings.buffer / CYCLE), 1)
-    switches = [str(int(switch)) for switch in (settings.real_time, settings.recover)]
-    numbers = [str(number) for number in (settings.collision_torque, settings.collision_force)]
-    return [settings.address, str(held_back), switches[0], *numbers, switches[1]]
 
 
 def _describe_stop(text: str) -> str:

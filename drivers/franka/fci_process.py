@@ -14,11 +14,13 @@ import time
 from contextlib import suppress
 from typing import Any
 
+import msgspec
 import numpy as np
 import pylibfranka as fci
 
 from . import fci_messages as m
 from .fci_messages import error_code, read_target, record
+from .settings import FrankaSettings
 from .target_stream import CYCLE, JOINTS, TargetStream
 
 READ = 1 << 12
@@ -32,12 +34,13 @@ REFUSED = (
 
 
 class FciProcess:
-    """Serves one driver; `held_back` commands must wait before the first is sent to the controller."""
+    """Serves one driver."""
 
-    def __init__(self, link: socket.socket, address: str, held_back: int, real_time: bool) -> None:
-        self._link, self._held_back = link, held_back
-        config = fci.RealtimeConfig.kEnforce if real_time else fci.RealtimeConfig.kIgnore
-        self._robot = fci.Robot(address, config)
+    def __init__(self, link: socket.socket, settings: FrankaSettings) -> None:
+        self._link = link
+        self._held_back = max(round(settings.buffer / CYCLE), 1)
+        config = fci.RealtimeConfig.kEnforce if settings.real_time else fci.RealtimeConfig.kIgnore
+        self._robot = fci.Robot(settings.address, config)
         self._control: Any = None
         self._stream: TargetStream | None = None
         self._motion, self._time = m.IDLE, 0.0
@@ -45,12 +48,13 @@ class FciProcess:
         self._untold: list[bytes] = []
         self._tell(m.READY, fci.__version__.encode())
 
-    def prepare(self, torque: float, force: float, recover: bool) -> None:
+    def prepare(self, settings: FrankaSettings) -> None:
         """Set collision thresholds, where zero changes nothing, and recover from a reflex if requested."""
+        torque, force = settings.collision_torque, settings.collision_force
         if torque or force:
             torques, forces = [torque or USUAL] * JOINTS, [force or USUAL] * FORCES
             self._robot.set_collision_behavior(torques, torques, forces, forces)
-        if recover and self._robot.read_once().robot_mode == fci.RobotMode.Reflex:
+        if settings.recover and self._robot.read_once().robot_mode == fci.RobotMode.Reflex:
             self._robot.automatic_error_recovery()
 
     def run(self) -> None:
@@ -180,14 +184,14 @@ class FciProcess:
 
 
 def main() -> None:
-    """Run the process with the arguments from `fci_link`: a socket, the address, and settings."""
+    """Run the process with the arguments from `fci_link`: a socket and the driver's settings."""
     link = socket.socket(fileno=int(sys.argv[1]))
     link.setblocking(False)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    address, held_back, real_time, torque, force, recover = sys.argv[2:]
+    settings = msgspec.json.decode(sys.argv[2], type=FrankaSettings)
     try:
-        process = FciProcess(link, address, int(held_back), real_time == "1")
-        process.prepare(float(torque), float(force), recover == "1")
+        process = FciProcess(link, settings)
+        process.prepare(settings)
         gc.collect()
         gc.freeze()
         gc.disable()

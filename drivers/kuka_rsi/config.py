@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
 
-from exidyn.quoting import xml_attribute, xml_content
+from exidyn.quoting import xml_document
 
 from ..errors import BadSettings
 
@@ -177,17 +177,18 @@ def config_text(config: RsiConfig) -> str:
     It belongs in C:\KRC\ROBOTER\Config\User\Common\SensorInterface on a KRC4 or KRC5, under the name in the
     ETHERNET object of the RSI context.
     """
+    root = ElementTree.Element("ROOT")
     facts = {"IP_NUMBER": config.address, "PORT": str(config.port)}
     facts |= {"SENTYPE": config.sentype, "ONLYSEND": str(config.only_send).upper()}
-    lines = ["<ROOT>", "  <CONFIG>"]
-    lines += [f"    <{name}>{xml_content(text)}</{name}>" for name, text in facts.items()]
-    lines += ["  </CONFIG>"]
-    for section, elements in (("SEND", config.send), ("RECEIVE", config.receive)):
-        lines += [f"  <{section}>", "    <ELEMENTS>"]
+    section = ElementTree.SubElement(root, "CONFIG")
+    for name, text in facts.items():
+        ElementTree.SubElement(section, name).text = text
+    for direction, elements in (("SEND", config.send), ("RECEIVE", config.receive)):
+        section = ElementTree.SubElement(ElementTree.SubElement(root, direction), "ELEMENTS")
         for element in elements:
             index = str(element.index) if element.index else INTERNAL
-            hold = f' HOLDON="{int(element.hold)}"' * (section == "RECEIVE")
-            tag = xml_attribute(element.tag)
-            lines.append(f'      <ELEMENT TAG={tag} TYPE="{element.kind}" INDX="{index}"{hold} />')
-        lines += ["    </ELEMENTS>", f"  </{section}>"]
-    return "\n".join([*lines, "</ROOT>"]) + "\n"
+            attributes = {"TAG": element.tag, "TYPE": element.kind, "INDX": index}
+            if direction == "RECEIVE":
+                attributes["HOLDON"] = str(int(element.hold))
+            ElementTree.SubElement(section, "ELEMENT", attributes)
+    return xml_document(root, declaration=False)

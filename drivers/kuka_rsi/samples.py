@@ -45,23 +45,19 @@ def info_of(
     explained = _explained(settings, config, layout, beginning)
     warnings = [*beginning.warnings(), *_warnings(settings, config, signals)]
     state: dict[str, dict[int, str]] = {name: {} for name in layout.external}
+    common: dict[str, Any] = {
+        "cycle": settings.cycle,
+        "clock": "controller",
+        "signals": tuple(signals),
+        "state": state,
+    }
     if config.only_send:
         warnings.append("this computer only listens: start the motion at the controller within a minute")
-        return Info(
-            settings.cycle,
-            "controller",
-            tuple(signals),
-            settings=explained,
-            warnings=tuple(warnings),
-            listens=True,
-            state=state,
-        )
+        return Info(**common, settings=explained, warnings=tuple(warnings), listens=True)
     lower, upper = settings.window
     window = axes.window(np.minimum(lower + MARGIN, 0.0), np.maximum(upper - MARGIN, 0.0))
     return Info(
-        cycle=settings.cycle,
-        clock="controller",
-        signals=tuple(signals),
+        **common,
         dead_man=f"the controller stops after {settings.timeout} cycles "
         f"({settings.timeout * settings.cycle:g} s) without an answer, if that is the Timeout in its RSI "
         "context, which cannot be read",
@@ -69,7 +65,6 @@ def info_of(
         window_upper=window[1],
         settings=explained | _commanded(settings, config, layout),
         warnings=(*warnings, *_risks(settings, layout)),
-        state=state,
     )
 
 

@@ -26,8 +26,6 @@ from .servo_line import (
     Register,
     Status,
     Traffic,
-    require_rate,
-    shortest_cycle,
 )
 from .servo_units import Goals, Measured, ServoUnits, explained
 
@@ -310,19 +308,17 @@ class ServoDriver(Driver):
     def _require_rate(self) -> None:
         """Raise BadSettings if the line cannot carry a cycle, as far as is known."""
         s, traffic = self.settings, self._traffic(self._question())
-        enough = [rate for rate in self.baudrates if self._shortest_cycle(traffic, rate) <= s.cycle]
+        enough = [rate for rate in self.baudrates if traffic.shortest_cycle(rate) <= s.cycle]
         advice = f"a baudrate of {enough[0]}" if enough else "fewer servos on a port"
         advice += "" if self._joined else self.joining
-        require_rate(traffic, s.cycle, s.baudrate, s.return_delay, self.latency, advice)
-
-    def _shortest_cycle(self, traffic: Traffic, baudrate: int) -> float:
-        return shortest_cycle(traffic, baudrate, self.settings.return_delay, self.latency)
+        traffic.require_rate(s.cycle, s.baudrate, advice)
 
     def _traffic(self, question: Reading) -> Traffic:
         """Traffic of a cycle with this question."""
         goals = self.codec.sync_write(self.goal.address, dict.fromkeys(self._names, bytes(self.goal.size)))
         delays = 1 if self._joined else self.arm.dof
-        return Traffic(len(goals) + len(question.packet), question.answer_bytes, delays)
+        sent, return_delay = len(goals) + len(question.packet), self.settings.return_delay
+        return Traffic(sent, question.answer_bytes, delays, return_delay, self.latency)
 
     @abstractmethod
     def _set_up(self, bus: ServoBus) -> Info:

@@ -81,35 +81,40 @@ USABLE = 0.9
 
 
 class Traffic(NamedTuple):
-    """Bytes sent and received in a cycle, and the number of answers that wait for a return delay."""
+    """What the line carries in a cycle.
+
+    Attributes:
+        sent: Number of bytes sent.
+        received: Number of bytes received.
+        answers: Number of answers that wait for a return delay.
+        return_delay: Delay of each answer [s].
+        latency: Delay of the adapter [s].
+    """
 
     sent: int
     received: int
     answers: int
+    return_delay: float = 0.0
+    latency: float = 0.0
 
-    def seconds(self, baudrate: int, return_delay: float = 0.0, latency: float = 0.0) -> float:
-        """Duration [s] at a baud rate [bit/s], with delays of each answer and of the adapter [s]."""
+    def seconds(self, baudrate: int) -> float:
+        """Duration [s] at a baud rate [bit/s]."""
         wire = BITS_A_BYTE * (self.sent + self.received) / baudrate
-        return wire + self.answers * return_delay + latency
+        return wire + self.answers * self.return_delay + self.latency
 
+    def shortest_cycle(self, baudrate: int) -> float:
+        """Shortest cycle that the line can carry, rounded up to 0.1 ms [s]."""
+        return math.ceil(round(self.seconds(baudrate) / USABLE * 1e4, 6)) * 1e-4
 
-def shortest_cycle(traffic: Traffic, baudrate: int, return_delay: float = 0.0, latency: float = 0.0) -> float:
-    """Shortest cycle that the line can carry, rounded up to 0.1 ms [s]."""
-    needed = traffic.seconds(baudrate, return_delay, latency) / USABLE
-    return math.ceil(round(needed * 1e4, 6)) * 1e-4
-
-
-def require_rate(
-    traffic: Traffic, cycle: float, baudrate: int, return_delay: float, latency: float, advice: str
-) -> None:
-    """Raise BadSettings, with further advice, if the line cannot carry the traffic in a cycle [s]."""
-    shortest = shortest_cycle(traffic, baudrate, return_delay, latency)
-    if shortest <= cycle * (1.0 + 1e-9):
-        return
-    total = traffic.seconds(baudrate, return_delay, latency)
-    raise BadSettings(
-        f"a cycle of {1e3 * cycle:g} ms is too short for this line: {traffic.sent} bytes out and "
-        f"{traffic.received} back at {baudrate} bit/s, {traffic.answers} return delays of "
-        f"{1e6 * return_delay:.0f} us and {1e3 * latency:g} ms of the adapter take {1e3 * total:.2f} ms, "
-        f"limit {USABLE:.0%} of the cycle. Try a cycle of {shortest:.4g} s, {advice}"
-    )
+    def require_rate(self, cycle: float, baudrate: int, advice: str) -> None:
+        """Raise BadSettings, with further advice, if the line cannot carry the traffic in a cycle [s]."""
+        shortest = self.shortest_cycle(baudrate)
+        if shortest <= cycle * (1.0 + 1e-9):
+            return
+        raise BadSettings(
+            f"a cycle of {1e3 * cycle:g} ms is too short for this line: {self.sent} bytes out and "
+            f"{self.received} back at {baudrate} bit/s, {self.answers} return delays of "
+            f"{1e6 * self.return_delay:.0f} us and {1e3 * self.latency:g} ms of the adapter take "
+            f"{1e3 * self.seconds(baudrate):.2f} ms, limit {USABLE:.0%} of the cycle. Try a cycle of "
+            f"{shortest:.4g} s, {advice}"
+        )

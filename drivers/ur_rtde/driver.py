@@ -6,7 +6,6 @@ positions only, and does not affect the measurements.
 """
 
 import time
-from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -52,6 +51,7 @@ class UrRtde(Driver):
     """
 
     Settings = UrSettings
+    fixed_joints = JOINTS
 
     def __init__(self, settings: UrSettings, arm: Arm) -> None:
         super().__init__(settings, arm)
@@ -70,10 +70,6 @@ class UrRtde(Driver):
         self._held: np.ndarray | None = None
         self._joint_mode = np.zeros(arm.dof, int)
         self._fault, self._untold = "", tuple[str, ...]()
-
-    @classmethod
-    def count_joints(cls, table: Mapping[str, Any]) -> int:
-        return JOINTS
 
     @property
     def sent_to_read(self) -> str:

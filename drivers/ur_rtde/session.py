@@ -50,7 +50,7 @@ def agree(link: RtdeLink, settings: UrSettings, registers: Registers, commanding
         )
     version = _version(link.ask(rtde.CONTROLLER))
     require_cycle(settings.cycle, int(version.split(".")[0]))
-    names = [*MEASURED, *FIELDS.values(), registers.session, registers.ended]
+    names = [*MEASURED, *FIELDS, registers.session, registers.ended]
     outputs = _recipe(link, rtde.OUTPUTS, names, struct.pack(">d", 1.0 / settings.cycle))
     _require_known(outputs, registers, version)
     if not outputs.accepted:

@@ -35,29 +35,23 @@ TRY = {
 }
 """Safety mode -> what to do; for other modes, the pendant shows it."""
 
-STATE: Mapping[str, Mapping[int, str]] = {
-    "robot_mode": ROBOT_MODE,
-    "safety_mode": SAFETY_MODE,
-    "program": PROGRAM,
-    "speed_slider": {},
-    "speed_scaling": {},
+_PARTS: Mapping[str, tuple[str, Mapping[int, str]]] = {
+    "robot_mode": ("robot_mode", ROBOT_MODE),
+    "safety_mode": ("safety_mode", SAFETY_MODE),
+    "program": ("runtime_state", PROGRAM),
+    "speed_slider": ("target_speed_fraction", {}),
+    "speed_scaling": ("speed_scaling", {}),
 }
-"""Recorded parts of the controller's state -> meanings of their codes."""
+"""Recorded parts of the controller's state -> name in RTDE, and meanings of its codes."""
+STATE = {part: meanings for part, (_, meanings) in _PARTS.items()}
+FIELDS = [name for name, _ in _PARTS.values()]
 REPORTED = ("robot_mode", "safety_mode", "program")
 """Parts of the state whose changes are events; the others change too often."""
-FIELDS = {
-    "robot_mode": "robot_mode",
-    "safety_mode": "safety_mode",
-    "program": "runtime_state",
-    "speed_slider": "target_speed_fraction",
-    "speed_scaling": "speed_scaling",
-}
-"""Part of the state -> its name in RTDE."""
 
 
 def state_of(record: np.void) -> np.ndarray:
     """State of the controller in a data package, in the order of `STATE`."""
-    return np.array([float(record[name]) for name in FIELDS.values()])
+    return np.array([float(record[name]) for name in FIELDS])
 
 
 def obstacle(record: np.void) -> str:

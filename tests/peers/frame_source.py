@@ -37,7 +37,9 @@ def sample(number, now, lateness=0.0, skipped=0):
 
 def head(now):
     signals = ("position", "velocity", "current", "temperature")
-    return RunHead("killed", MODEL, signals, now, 0, trajectory="x = 1\n", settings={"driver": "none"})
+    return RunHead(
+        "killed", MODEL, signals=signals, epoch=now, trajectory="x = 1\n", settings={"driver": "none"}
+    )
 
 
 def main(path, progress, seconds):

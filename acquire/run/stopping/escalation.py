@@ -20,8 +20,8 @@ import numpy as np
 
 from exidyn.drivers import StopLevel
 
-from ..frames import STAGES
 from .stop import Stop
+from .watch import WatchLimits
 
 
 class State(Enum):
@@ -57,6 +57,15 @@ SETTLING = 0.2
 """Time after which a position loop as slow as 2 Hz has lost 90 % of its error [s]."""
 SETTLED = 2.0 * SETTLING
 """Time after which it has lost 99 % [s]: later motion is not settling."""
+CREEP_LIMIT = 0.1
+"""Distance that no load, spring or swing explains [rad]: six degrees."""
+SWING_LIMIT = 0.2
+"""Distance beyond any swing of an arm on soft springs after a quick stop [rad]: twice `CREEP_LIMIT`."""
+FLANGE_LIMIT = 0.01
+"""Distance of the flange that counts as motion [m], in one direction and after the arm should be at rest: a
+person who holds the flange would notice it, and a settling position loop moves less."""
+BRAKING_FACTOR = 2.0
+"""Multiple of the tracking limit allowed during a controlled stop, which may still reduce the error [-]."""
 
 
 class Rule(NamedTuple):
@@ -92,6 +101,22 @@ RULES = {
 """Rules by state and sign; other combinations have no response."""
 
 
+def sign_limits(watch: WatchLimits) -> dict[Sign, float]:
+    """Limit of each sign, in rad on revolute joints unless `UNITS` has another unit.
+
+    That of `FASTER` follows from the commanded speed in every cycle.
+    """
+    return {
+        Sign.ADRIFT: CREEP_LIMIT,
+        Sign.BEHIND: BRAKING_FACTOR * watch.tracking,
+        Sign.AWAY: watch.tracking,
+        Sign.OUTWARD: watch.outside,
+        Sign.MOVES_ON: SWING_LIMIT,
+        Sign.CREEPS: CREEP_LIMIT,
+        Sign.FLANGE_CREEPS: FLANGE_LIMIT,
+    }
+
+
 class Sight(NamedTuple):
     """An observed sign.
 
@@ -117,8 +142,7 @@ def state_of(level: int, stage: int) -> State:
     return _STATES[stage]
 
 
-_MOVING = {"approaching": State.MOVING, "running": State.MOVING}
-_STATES = [_MOVING.get(stage) or State[stage.upper()] for stage in STAGES]
+_STATES = (State.LISTENING, State.MOVING, State.MOVING, State.BRAKING, State.HOLDING)  # as in `STAGES`
 WATCHED = {state: tuple(sign for rule_state, sign in RULES if rule_state is state) for state in State}
 """Signs to look for in each state."""
 

@@ -1,255 +1,143 @@
-"""Monitors: each checks one quantity in every cycle, and returns the reason if the arm must stop.
+"""Monitors: each checks one quantity in every cycle, and returns the reason if the arm must stop."""
 
-Limits on durations are stated in seconds, not in cycles, so that they are the same at every sampling rate.
-"""
-
-from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.drivers import Command, Sample, StopLevel
+from exidyn.drivers import StopLevel
 from exidyn.drivers.values import any_of
+from exidyn.identification.arm.robot import Limits, Robot
 
-from .stop import FAULT, SILENT, Stop, UnitOf, revolute_unit
+from .history import Excess, History
+from .stop import FAULT, SILENT, Stop
 
 RESTED = 0.2
 """Time without commands after which an arm is at rest [s]: by default, drives then stop by themselves."""
+CLOCK_WINDOW = 2.0
+"""Window for comparing the controller's clock with the host's, as a multiple of the maximum stall [-]."""
+CLOCK_RATE = 0.5
+"""Minimum rate of the controller's clock, as a share of the host's [-]: rates differ by 1e-4, and a sample
+that is late by the maximum stall lowers the share to two thirds."""
+CLOCK_CYCLES = 5
+"""Consecutive cycles below this rate that stop the arm."""
+
+Monitor = Callable[[History], Stop | None]
+"""The reason to stop after the last cycle of a history; None if there is none."""
 
 
-class Monitor(ABC):
-    """Checks one quantity in every cycle."""
-
-    @abstractmethod
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        """The reason to stop after a cycle with this sample and sent command; None if there is none."""
-
-
-class DriveFault(Monitor):
+def drive_fault(history: History) -> Stop | None:
     """Stops if a drive has stopped itself."""
+    fault = history.sample.fault
+    return Stop(StopLevel.QUICK, FAULT, fault) if fault else None
 
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        return Stop(StopLevel.QUICK, FAULT, sample.fault) if sample.fault else None
 
+class JointRule(NamedTuple):
+    """A quantity that causes a controlled stop if it exceeds its limit on a joint for too long.
 
-class JointMonitor(Monitor):
-    """Stops if a quantity exceeds its limit on a joint for too long.
-
-    Args:
-        joints: Names of the joints.
+    Attributes:
+        kind: Name of the quantity, and kind of the stop.
+        signal: Function that returns the quantity, shape (n,); NaN where unknown.
         limit: Limit of each joint, shape (n,); infinite to disable the check.
-        cycles: Number of consecutive cycles beyond the limit that stop the arm.
-        unit_of: Function that returns the unit of a joint; the class attribute is that of revolute joints.
+        seconds: Duration beyond the limit that stops the arm [s], the same at every sampling rate.
+        unit: Unit of value and limit on revolute joints.
+        gaps: Whether the time between readings counts, for quantities that are not read in every cycle.
     """
 
-    kind = ""
-    unit = ""
-    level = StopLevel.BRAKE
+    kind: str
+    signal: Callable[[History], np.ndarray]
+    limit: np.ndarray
+    seconds: float
+    unit: str
+    gaps: bool = False
 
-    def __init__(
-        self, joints: Sequence[str], limit: np.ndarray, cycles: int, unit_of: UnitOf = revolute_unit
-    ) -> None:
-        self._joints, self._limit, self._cycles = joints, limit, max(cycles, 1)
-        self._unit_of = unit_of
-        self._count, self._counting = np.zeros(len(joints), int), False
 
-    @abstractmethod
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        """Quantity to compare with the limit, shape (n,); NaN where unknown."""
+class JointMonitor:
+    """Checks a rule on all joints, in cycles of a given duration [s]."""
 
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        value = self.value(sample, sent)
-        beyond = value > self._limit
-        if not self._counting and not any_of(beyond):  # the case in nearly all cycles
+    def __init__(self, rule: JointRule, robot: Robot, cycle: float) -> None:
+        self._rule, self._robot, self._cycle = rule, robot, 1e9 * cycle
+        self._cycles = max(round(rule.seconds / cycle), 1)
+        self._excess = Excess(robot.dof)
+        self._read = np.zeros(robot.dof)  # time of each joint's last reading while any exceeds its limit [ns]
+
+    def look(self, history: History) -> Stop | None:
+        rule, value, now = self._rule, self._rule.signal(history), history.sample.host_time
+        gap: np.ndarray | int = 1
+        if rule.gaps and self._excess.counting:
+            gap = np.maximum(np.rint((now - self._read) / self._cycle), 1.0)
+        if not self._excess.add(value, rule.limit, 0.0, gap):
             return None
-        self._count = np.where(
-            beyond, self._counted(beyond, sample), np.where(np.isnan(value), self._count, 0)
-        )
-        self._counting = bool(self._count.any())
-        if (self._count < self._cycles).all():
+        self._read = np.where(np.isnan(value), self._read, now)
+        count = self._excess.count
+        if (count < self._cycles).all():
             return None
-        joint = int(np.argmax(self._count))
-        size, limit = float(value[joint]), float(self._limit[joint])
-        unit = self._unit_of(joint, self.unit)
-        text = f"{self._joints[joint]}: {self.kind} {size:.4g} {unit}, limit {limit:.4g}"
-        return Stop(self.level, self.kind, text, self._joints[joint], size, limit, unit)
-
-    def _counted(self, beyond: np.ndarray, sample: Sample) -> np.ndarray:
-        """Number of consecutive cycles beyond the limit, for joints that are beyond it now, shape (n,)."""
-        return self._count + 1
+        joint = int(np.argmax(count))
+        size, limit = float(value[joint]), float(rule.limit[joint])
+        name, unit = self._robot.joints[joint], self._robot.unit(joint, rule.unit)
+        text = f"{name}: {rule.kind} {size:.4g} {unit}, limit {limit:.4g}"
+        return Stop(StopLevel.BRAKE, rule.kind, text, name, size, limit, unit)
 
 
-class TrackingError:
-    """Distance of the measured position from all recent commands; a delay of the drive is not an error.
+class Outside:
+    """Distance of each joint beyond its position limits; a joint that starts outside may move back inside."""
 
-    Args:
-        memory: Number of cycles within which a command may take effect.
-    """
+    def __init__(self, limits: Limits) -> None:
+        self._lower, self._upper = limits.position_lower, limits.position_upper
 
-    def __init__(self, memory: int) -> None:
-        self._memory, self._next = max(memory, 1), 0
-        self._commands = np.zeros((0, 0))
-        self._sample: Sample | None = None
-        self._error = np.zeros(0)
-
-    def of(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        """Tracking error, shape (n,) [rad] or [m]; NaN without commands. Each sample is evaluated once."""
-        if sample is not self._sample:
-            self._sample, self._error = sample, self._compute(sample, sent)
-        return self._error
-
-    def _compute(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        position = sample.position
-        if sent is None:
-            return np.full(len(position), np.nan)
-        if not self._next:
-            self._commands = np.tile(sent.position, (self._memory, 1))
-        self._commands[self._next % self._memory] = sent.position
-        self._next += 1
-        below = self._commands.min(axis=0) - position
-        return np.maximum(np.maximum(below, position - self._commands.max(axis=0)), 0.0)
+    def distance(self, history: History) -> np.ndarray:
+        """Distance beyond the limits, shape (n,) [rad] or [m]; negative inside."""
+        position = history.sample.position
+        if history.sent is None:
+            self._lower, self._upper = np.fmin(self._lower, position), np.fmax(self._upper, position)
+        return np.maximum(self._lower - position, position - self._upper)
 
 
-class Tracking(JointMonitor):
-    """Monitors the tracking error computed by `error`; other arguments are those of `JointMonitor`."""
-
-    kind, unit = "tracking error", "rad"
-
-    def __init__(
-        self,
-        joints: Sequence[str],
-        limit: np.ndarray,
-        cycles: int,
-        error: TrackingError,
-        unit_of: UnitOf = revolute_unit,
-    ) -> None:
-        super().__init__(joints, limit, cycles, unit_of)
-        self._error = error
-
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        return self._error.of(sample, sent)
+def mean_speed(history: History, cycles: int, cycle: float) -> np.ndarray:
+    """Speed over some cycles, since steps of an encoder are no motion, shape (n,) [rad/s] or [m/s]."""
+    earlier, sample = history.before(cycles), history.sample
+    if earlier is None:
+        return np.zeros(len(sample.position))
+    time, position = earlier
+    duration = max((sample.host_time - time) * 1e-9, cycles * cycle)
+    return np.abs(sample.position - position) / duration
 
 
-class Current(JointMonitor):
-    """Monitors the motor current in either direction."""
-
-    kind, unit = "current", "A"
-
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        return np.abs(sample.current)
-
-
-class Torque(JointMonitor):
-    """Monitors the measured joint torque in either direction."""
-
-    kind, unit = "torque", "N m"
-
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        return np.abs(sample.torque)
-
-
-class Temperature(JointMonitor):
-    """Monitors the motor temperature; if it is not read in every cycle, the time between readings counts.
-
-    `cycle` is the time between samples [s]; other arguments are those of `JointMonitor`.
-    """
-
-    kind, unit = "temperature", "degC"
-
-    def __init__(self, joints: Sequence[str], limit: np.ndarray, cycles: int, cycle: float) -> None:
-        super().__init__(joints, limit, cycles)
-        self._cycle = 1e9 * cycle
-        self._read = np.zeros(len(joints))
-
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        return sample.temperature
-
-    def _counted(self, beyond: np.ndarray, sample: Sample) -> np.ndarray:
-        since = np.maximum(np.rint((sample.host_time - self._read) / self._cycle), 1.0)
-        self._read = np.where(np.isnan(sample.temperature), self._read, sample.host_time)
-        return np.where(self._count > 0, self._count + since, 1)
-
-
-class Outside(JointMonitor):
-    """Monitors positions beyond `lower` or `upper` by more than `slack`, each shape (n,) [rad] or [m].
-
-    A joint that starts outside may move back inside. Other arguments are those of `JointMonitor`.
-    """
-
-    kind, unit = "position beyond its limits by", "rad"
-
-    def __init__(
-        self,
-        joints: Sequence[str],
-        lower: np.ndarray,
-        upper: np.ndarray,
-        slack: np.ndarray,
-        cycles: int,
-        unit_of: UnitOf = revolute_unit,
-    ) -> None:
-        super().__init__(joints, slack, cycles, unit_of)
-        self._lower, self._upper = lower, upper
-
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        if sent is None:
-            self._lower = np.fmin(self._lower, sample.position)
-            self._upper = np.fmax(self._upper, sample.position)
-        return np.maximum(self._lower - sample.position, sample.position - self._upper)
-
-
-class Speed(JointMonitor):
-    """Monitors the measured speed, averaged over a window so that a coarse encoder raises no alarm.
-
-    `limit` has shape (n,) [rad/s] or [m/s], `window` is in cycles, and `cycle` is the sampling period [s].
-    Other arguments are those of `JointMonitor`.
-    """
-
-    kind, unit = "speed", "rad/s"
-
-    def __init__(
-        self,
-        joints: Sequence[str],
-        limit: np.ndarray,
-        window: int,
-        cycle: float,
-        unit_of: UnitOf = revolute_unit,
-    ) -> None:
-        super().__init__(joints, limit, window, unit_of)
-        self._cycle = cycle
-        self._window = max(window, 1)
-        self._recent = deque[tuple[int, np.ndarray]](maxlen=self._window + 1)
-
-    def value(self, sample: Sample, sent: Command | None) -> np.ndarray:
-        self._recent.append((sample.host_time, sample.position))
-        if len(self._recent) <= self._window:
-            return np.zeros(len(sample.position))
-        time, position = self._recent[0]
-        duration = max((sample.host_time - time) * 1e-9, self._window * self._cycle)
-        return np.abs(sample.position - position) / duration
-
-
-class Silence(Monitor):
+class Silence:
     """Stops if a joint has no fresh sample or position for too many consecutive cycles."""
 
     def __init__(self, joints: Sequence[str], cycles: int) -> None:
         self._joints, self._cycles = joints, max(cycles, 1)
-        self._count, self._counting = np.zeros(len(joints), int), False
+        self._excess, self._limit = Excess(len(joints)), np.zeros(len(joints))
 
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        silent = sample.stale | np.isnan(sample.position)
-        if not self._counting and not any_of(silent):
+    def look(self, history: History) -> Stop | None:
+        silent = history.sample.stale | np.isnan(history.sample.position)
+        if not self._excess.add(silent, self._limit, 0.0):
             return None
-        self._count = np.where(silent, self._count + 1, 0)
-        self._counting = bool(self._count.any())
-        if (self._count < self._cycles).all():
+        count = self._excess.count
+        if (count < self._cycles).all():
             return None
-        names = [name for name, count in zip(self._joints, self._count, strict=True) if count >= self._cycles]
-        text = f"nothing was received from {', '.join(names)} for {self._count.max()} cycles"
-        return Stop(StopLevel.QUICK, SILENT, text, names[0], float(self._count.max()), self._cycles, "cycles")
+        names = [name for name, cycles in zip(self._joints, count, strict=True) if cycles >= self._cycles]
+        text = f"nothing was received from {', '.join(names)} for {count.max()} cycles"
+        return Stop(StopLevel.QUICK, SILENT, text, names[0], float(count.max()), self._cycles, "cycles")
 
 
-class Stale(Monitor):
+class LastSecond:
+    """Numbers of the last second's cycles, and their sum; `cycle` is the time between them [s]."""
+
+    def __init__(self, cycle: float) -> None:
+        second = max(round(1.0 / cycle), 1)
+        self._numbers, self.sum = deque([0] * second, maxlen=second), 0
+
+    def add(self, number: int) -> float:
+        """Add the number of a cycle, and return the mean."""
+        self.sum += number - self._numbers[0]
+        self._numbers.append(number)
+        return self.sum / len(self._numbers)
+
+
+class Stale:
     """Stops if a joint was silent in too many samples of the last second, however briefly each time.
 
     Args:
@@ -259,16 +147,11 @@ class Stale(Monitor):
     """
 
     def __init__(self, cycle: float, share: float, least: int) -> None:
-        second = max(round(1.0 / cycle), 1)
-        self._share, self._least = share, least
-        self._stale, self._sum = deque([0] * second, maxlen=second), 0
+        self._share, self._least, self._stale = share, least, LastSecond(cycle)
 
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        stale = int(any_of(sample.stale))
-        self._sum += stale - self._stale[0]
-        self._stale.append(stale)
-        share = self._sum / len(self._stale)
-        if share <= self._share or self._sum <= self._least:
+    def look(self, history: History) -> Stop | None:
+        share = self._stale.add(int(any_of(history.sample.stale)))
+        if share <= self._share or self._stale.sum <= self._least:
             return None
         text = (
             f"a joint was silent in {100 * share:.0f} % of the last second's samples, limit "
@@ -277,7 +160,7 @@ class Stale(Monitor):
         return Stop(StopLevel.BRAKE, "stale samples", text, "", share, self._share, "")
 
 
-class Lateness(Monitor):
+class Lateness:
     """Stops after a long time without commands, or if too many cycles of the last second had none.
 
     A cycle in which the controller did not ask for a command counts as missed too. A long stall
@@ -290,25 +173,51 @@ class Lateness(Monitor):
     """
 
     def __init__(self, cycle: float, stall: float, share: float) -> None:
-        self._cycle, self._stall, self._share = cycle, stall, share
-        second = max(round(1.0 / cycle), 1)
-        self._missed = deque([0] * second, maxlen=second)
-        self._sum = 0
+        self._cycle, self._stall, self._share, self._missed = cycle, stall, share, LastSecond(cycle)
 
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        if sent is None and sample.sent:
+    def look(self, history: History) -> Stop | None:
+        sample = history.sample
+        if history.sent is None and sample.sent:
             return None
         stalled = sample.skipped * self._cycle
         if stalled > self._stall:
             text = f"no cycle for {1e3 * stalled:.0f} ms, limit {1e3 * self._stall:.0f} ms"
             level = StopLevel.QUICK if stalled > RESTED else StopLevel.BRAKE
             return Stop(level, "stall", text, "", stalled, self._stall, "s")
-        self._sum += sample.skipped + (not sample.sent) - self._missed[0]
-        self._missed.append(sample.skipped + (not sample.sent))
-        missed = self._sum / len(self._missed)
+        missed = self._missed.add(sample.skipped + (not sample.sent))
         if missed <= self._share:
             return None
         text = (
             f"{100 * missed:.0f} % of the last second's cycles were missed, limit {100 * self._share:.0f} %"
         )
         return Stop(StopLevel.BRAKE, "lateness", text, "", float(missed), self._share, "")
+
+
+class ControllerClock:
+    """Monitors the controller's clock, the time base of the recording: it must advance while samples come.
+
+    `cycle` is the time between exchanges, `stall` the maximum time without an exchange [s].
+    """
+
+    def __init__(self, cycle: float, stall: float) -> None:
+        window = max(round(CLOCK_WINDOW * stall / cycle), CLOCK_CYCLES)
+        self._times = deque[tuple[int, int]](maxlen=window + 1)
+        self._count = 0
+
+    def look(self, history: History) -> Stop | None:
+        sample = history.sample
+        if sample.stale.size and not any_of(~sample.stale):  # no sample, so no new time
+            return None
+        self._times.append((sample.host_time, sample.controller_time))
+        if len(self._times) < (self._times.maxlen or 0):
+            return None
+        (host_start, controller_start), (host_end, controller_end) = self._times[0], self._times[-1]
+        host, controller = 1e-9 * (host_end - host_start), 1e-9 * (controller_end - controller_start)
+        self._count = self._count + 1 if controller < CLOCK_RATE * host else 0
+        if self._count < CLOCK_CYCLES:
+            return None
+        text = (
+            f"the controller's clock advanced by {controller:.3f} s in {host:.3f} s: the times of its "
+            "samples cannot be trusted. Restart the controller"
+        )
+        return Stop(StopLevel.QUICK, "controller clock", text, "", controller, CLOCK_RATE * host, "s")

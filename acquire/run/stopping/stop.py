@@ -61,15 +61,6 @@ def harder(first: Stop | None, second: Stop | None) -> Stop | None:
     return second if second.level > first.level else first
 
 
-UnitOf = Callable[[int, str], str]
-"""Unit of a joint, from its index and the unit of revolute joints, such as `Robot.unit`."""
-
-
-def revolute_unit(joint: int, unit: str) -> str:
-    """Unit of a joint of an arm with revolute joints only."""
-    return unit
-
-
 class StopRequests:
     """A context manager, for the main thread, that turns signals into reasons to stop.
 

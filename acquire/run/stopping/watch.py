@@ -1,7 +1,5 @@
 """Watch: all monitors of a run with their limits, and the final check of each command."""
 
-from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +8,25 @@ from exidyn.drivers import Command, Info, Sample, StopLevel
 from exidyn.drivers.values import any_of
 from exidyn.identification.arm.robot import Limits, Robot
 
-from . import monitors
-from .monitors import Monitor
-from .stop import Stop, UnitOf, harder, revolute_unit
+from .history import History
+from .monitors import (
+    ControllerClock,
+    JointMonitor,
+    JointRule,
+    Lateness,
+    Monitor,
+    Outside,
+    Silence,
+    Stale,
+    drive_fault,
+    mean_speed,
+)
+from .stop import Stop, harder
 
-CLOCK_WINDOW = 2.0
-"""Window for comparing the controller's clock with the host's, as a multiple of the maximum stall [-]."""
-CLOCK_RATE = 0.5
-"""Minimum rate of the controller's clock, as a share of the host's [-]: rates differ by 1e-4, and a sample
-that is late by the maximum stall lowers the share to two thirds."""
-CLOCK_CYCLES = 5
-"""Consecutive cycles below this rate that stop the arm."""
+SPEED_WINDOW = 0.02
+"""Averaging window of speeds, and time beyond the limit of the speed [s]."""
+HOT_TIME = 1.0
+"""Time beyond the limit of the temperature [s]: a single wrong reading stops nothing."""
 SLACK = 1.05
 """Share of the velocity and acceleration limits that differences of commands may reach [-]: it allows for
 rounding and for extremes between two samples."""
@@ -78,106 +84,82 @@ class Watch:
         info: Metadata of the driver, with the cycle time.
         limits: Limits of the monitors.
         current: Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
+
+    Attributes:
+        history: Samples and commands so far.
     """
 
     def __init__(
         self, robot: Robot, info: Info, limits: WatchLimits, current: np.ndarray | None = None
     ) -> None:
         # A command is seen in the next cycle's sample at the earliest, however long the cycle is.
-        self.tracking_error = monitors.TrackingError(max(round(limits.delay / info.cycle), 2))
-        self._monitors = _monitors(robot, info, limits, current, self.tracking_error)
+        self.history = History(robot.dof, info.cycle, max(round(limits.delay / info.cycle), 2))
+        rules = joint_rules(robot, info.cycle, limits, current)
+        self._monitors: tuple[Monitor, ...] = (
+            drive_fault,
+            Silence(robot.joints, limits.silent_cycles(info.cycle)).look,
+            ControllerClock(info.cycle, limits.stall).look,
+            *(JointMonitor(rule, robot, info.cycle).look for rule in rules),
+            Stale(info.cycle, limits.stale, limits.least_silence).look,
+            Lateness(info.cycle, limits.stall, limits.missed).look,
+        )
 
     def look(self, sample: Sample, sent: Command | None) -> Stop | None:
         """The most severe reason to stop after this cycle, or None."""
+        self.history.add(sample, sent)
         stop: Stop | None = None
         for monitor in self._monitors:
-            stop = harder(stop, monitor.look(sample, sent))
+            stop = harder(stop, monitor(self.history))
         return stop
 
 
-def _monitors(
-    robot: Robot,
-    info: Info,
-    watch: WatchLimits,
-    current: np.ndarray | None,
-    tracking_error: monitors.TrackingError,
-) -> tuple[monitors.Monitor, ...]:
-    joints, limits, cycle, unit = robot.joints, robot.limits, info.cycle, robot.unit
-    tracking, outside = np.full(robot.dof, watch.tracking), np.full(robot.dof, watch.outside)
+def joint_rules(
+    robot: Robot, cycle: float, watch: WatchLimits, current: np.ndarray | None = None
+) -> tuple[JointRule, ...]:
+    """Table of the rules of joints, with `Watch`'s arguments; each row causes a controlled stop."""
+    limits, every = robot.limits, np.ones(robot.dof)
     with np.errstate(divide="ignore"):
         by_torque = watch.effort * limits.torque / np.abs(robot.drive_gain)
-    speed = watch.speed * np.maximum(limits.velocity, -limits.velocity_lower)
-    tracking_cycles, effort = round(watch.tracking_time / cycle), round(watch.effort_time / cycle)
+    largest = by_torque if current is None else current
+    fastest = np.maximum(limits.velocity, -limits.velocity_lower)
+    window = max(round(SPEED_WINDOW / cycle), 2)
+    outside = Outside(limits).distance
+    rule, tolerated, effort_time = JointRule, watch.tracking_time, watch.effort_time
     return (
-        monitors.DriveFault(),
-        monitors.Silence(joints, watch.silent_cycles(cycle)),
-        ControllerClock(cycle, watch.stall),
-        monitors.Tracking(joints, tracking, tracking_cycles, tracking_error, unit),
-        monitors.Outside(
-            joints, limits.position_lower, limits.position_upper, outside, tracking_cycles, unit
+        # kind, quantity, limit of each joint, time beyond it [s], unit
+        rule("tracking error", lambda h: h.tracking_error, watch.tracking * every, tolerated, "rad"),
+        rule("position beyond its limits by", outside, watch.outside * every, tolerated, "rad"),
+        rule("speed", lambda h: mean_speed(h, window, cycle), watch.speed * fastest, window * cycle, "rad/s"),
+        rule("current", lambda h: np.abs(h.sample.current), largest, effort_time, "A"),
+        rule("torque", lambda h: np.abs(h.sample.torque), watch.effort * limits.torque, effort_time, "N m"),
+        rule(
+            "temperature", lambda h: h.sample.temperature, watch.temperature * every, HOT_TIME, "degC", True
         ),
-        monitors.Speed(joints, speed, max(round(0.02 / cycle), 2), cycle, unit),
-        monitors.Current(joints, by_torque if current is None else current, effort),
-        monitors.Torque(joints, watch.effort * limits.torque, effort, unit),
-        monitors.Temperature(joints, np.full(robot.dof, watch.temperature), round(1.0 / cycle), cycle),
-        monitors.Stale(cycle, watch.stale, watch.least_silence),
-        monitors.Lateness(cycle, watch.stall, watch.missed),
     )
-
-
-class ControllerClock(Monitor):
-    """Monitors the controller's clock, the time base of the recording: it must advance while samples come.
-
-    `cycle` is the time between exchanges, `stall` the maximum time without an exchange [s].
-    """
-
-    def __init__(self, cycle: float, stall: float) -> None:
-        window = max(round(CLOCK_WINDOW * stall / cycle), CLOCK_CYCLES)
-        self._times = deque[tuple[int, int]](maxlen=window + 1)
-        self._count = 0
-
-    def look(self, sample: Sample, sent: Command | None) -> Stop | None:
-        if sample.stale.size and not any_of(~sample.stale):  # no sample, so no new time
-            return None
-        self._times.append((sample.host_time, sample.controller_time))
-        if len(self._times) < (self._times.maxlen or 0):
-            return None
-        (host_start, controller_start), (host_end, controller_end) = self._times[0], self._times[-1]
-        host, controller = 1e-9 * (host_end - host_start), 1e-9 * (controller_end - controller_start)
-        self._count = self._count + 1 if controller < CLOCK_RATE * host else 0
-        if self._count < CLOCK_CYCLES:
-            return None
-        text = (
-            f"the controller's clock advanced by {controller:.3f} s in {host:.3f} s: the times of its "
-            "samples cannot be trusted. Restart the controller"
-        )
-        return Stop(StopLevel.QUICK, "controller clock", text, "", controller, CLOCK_RATE * host, "s")
 
 
 class CommandCheck:
     """Checks each command against the two before it; an invalid command is not sent, and none is clamped.
 
     Args:
-        joints: Names of the joints.
+        robot: Robot, for names and units of the joints.
         limits: Limits of the robot; infinite limits are not checked.
         cycle: Time between commands [s].
         start: Position of the arm before the first command, shape (n,) [rad] or [m].
         window_lower: Lowest position that the controller accepts, shape (n,) [rad] or [m].
         window_upper: Highest position that the controller accepts, shape (n,) [rad] or [m].
-        unit_of: Function that returns the unit of a joint.
     """
 
     def __init__(
         self,
-        joints: Sequence[str],
+        robot: Robot,
         limits: Limits,
         cycle: float,
         start: np.ndarray,
         window_lower: np.ndarray | None = None,
         window_upper: np.ndarray | None = None,
-        unit_of: UnitOf = revolute_unit,
     ) -> None:
-        self._joints, self._unit_of = joints, unit_of
+        self._robot = robot
         lower = np.maximum(limits.position_lower, -np.inf if window_lower is None else window_lower)
         upper = np.minimum(limits.position_upper, np.inf if window_upper is None else window_upper)
         # An arm that stands outside its limits may move back inside, but not further out.
@@ -208,18 +190,18 @@ class CommandCheck:
             j = int(np.argmax(beyond))
             limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
             return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
-        if any_of(np.abs(step) > self._step):
-            j = int(np.argmax(np.abs(step) - self._step))
-            value, limit = step[j] / self._cycle, self._step[j] / self._cycle
-            return self._stop("command velocity", j, value, limit, "rad/s", "exceeds the limit of")
-        change = step - self._step_before
-        if any_of(np.abs(change) > self._change):
-            j = int(np.argmax(np.abs(change) - self._change))
-            value, limit = change[j] / self._cycle**2, self._change[j] / self._cycle**2
-            return self._stop("command acceleration", j, value, limit, "rad/s^2", "exceeds the limit of")
+        change, cycle = step - self._step_before, self._cycle
+        for kind, motion, most, time, unit in (
+            ("command velocity", step, self._step, cycle, "rad/s"),
+            ("command acceleration", change, self._change, cycle**2, "rad/s^2"),
+        ):
+            excess = np.abs(motion) - most
+            if any_of(excess > 0.0):
+                j = int(np.argmax(excess))
+                return self._stop(kind, j, motion[j] / time, most[j] / time, unit, "exceeds the limit of")
         return None
 
     def _stop(self, kind: str, joint: int, value: float, limit: float, unit: str, words: str) -> Stop:
-        name, unit = self._joints[joint], self._unit_of(joint, unit)
+        name, unit = self._robot.joints[joint], self._robot.unit(joint, unit)
         text = f"{name}: {kind} {value:.4g} {unit} {words}" + ("" if "not" in words else f" {limit:.4g}")
         return Stop(StopLevel.BRAKE, kind, text, name, float(value), float(limit), unit)

@@ -16,7 +16,7 @@ from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
 from exidyn.acquire.jog.effort import flange_travel
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Travel, run_limits, there_and_back
-from exidyn.acquire.run.stopping import watch
+from exidyn.acquire.run.stopping import monitors
 from exidyn.acquire.terminal.run_summary import UNATTENDED
 from exidyn.identification.effects import CoulombFriction, RigidBody
 from exidyn.identification.model import Model
@@ -47,7 +47,7 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setenv(UNATTENDED, "yes")
     monkeypatch.setattr(run_options, "WatchLimits", partial(replace, PATIENT))
     # A peer counts the cycles that its process gets, on a busy machine half of those by the host.
-    monkeypatch.setattr(watch, "CLOCK_RATE", 0.0)
+    monkeypatch.setattr(monitors, "CLOCK_RATE", 0.0)
     return tmp_path
 
 

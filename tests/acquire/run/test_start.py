@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -31,9 +33,7 @@ class Wall(Clearance):
 
 
 def way(measured, **rules):
-    return plan_start(
-        Player(motion(), LIMITS, CYCLE), measured, ROBOT.joints, LIMITS, StartRules(**rules), INFO
-    )
+    return plan_start(Player(motion(), LIMITS, CYCLE), measured, ROBOT, LIMITS, StartRules(**rules), INFO)
 
 
 def test_within_the_tolerance_it_just_goes_there():
@@ -52,8 +52,9 @@ def test_from_further_away_it_goes_slowly_if_it_may():
 def test_a_sliding_joint_is_away_in_metres():
     player = Player(motion(), LIMITS, CYCLE)
     measured = START - 0.4 * np.eye(6)[0]
+    sliding = SimpleNamespace(joints=ROBOT.joints, unit=lambda joint, unit: SLIDING[unit])
     with pytest.raises(CannotStart, match=r"begins at -?\d+\.\d+ m; limit 0\.0087 m\."):
-        plan_start(player, measured, ROBOT.joints, LIMITS, StartRules(), INFO, lambda j, unit: SLIDING[unit])
+        plan_start(player, measured, sliding, LIMITS, StartRules(), INFO)
 
 
 def test_what_is_in_the_way_is_named():

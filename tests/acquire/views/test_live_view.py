@@ -250,7 +250,7 @@ def test_saved_file_is_whole(model, run, tmp_path):
 
 
 def test_run_of_a_controller_that_gives_torque_shows_torque(model, tmp_path):
-    head = RunHead("torque", model, ("position", "torque"), 0, 0).frame()
+    head = RunHead("torque", model, signals=("position", "torque"), epoch=0).frame()
     found = saved(model, tmp_path / "run.rrd", [f for _, f in frames(model, 0.5, explained=head)])
     assert ("/torque/limit", "Scalars:scalars") in found
     assert not any(entity.startswith("/current") for entity, _ in found)

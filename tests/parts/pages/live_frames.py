@@ -33,7 +33,7 @@ def measured(model, seconds, rate=500.0, hidden=(), seed=0, sensors=SENSORS, beg
 
 
 def head(model, **options):
-    return RunHead("live", model, ("position", "current"), EPOCH, 0, **options).frame()
+    return RunHead("live", model, signals=("position", "current"), epoch=EPOCH, **options).frame()
 
 
 def frames(model, seconds, rate=500.0, hidden=(), start=EPOCH, stop=True, explained=None):

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,8 +12,8 @@ from ....parts.runs.run_parts import CYCLE, LIMITS, ROBOT, START, motion
 STEP = CYCLE * LIMITS.velocity
 
 
-def check(start=START, **window):
-    return CommandCheck(ROBOT.joints, LIMITS, CYCLE, start, **window)
+def check(start=START, robot=ROBOT, **window):
+    return CommandCheck(robot, LIMITS, CYCLE, start, **window)
 
 
 def command(position):
@@ -57,7 +59,8 @@ def test_the_controllers_window_counts_too():
 
 @pytest.mark.parametrize(("start", "unit"), [(START + 0.5 * STEP, "m/s^2"), (START + 2.0 * STEP, "m/s")])
 def test_a_command_of_a_sliding_joint_is_refused_in_metres(start, unit):
-    found = check(unit_of=lambda joint, turning: SLIDING[turning]).look(command(start))
+    sliding = SimpleNamespace(joints=ROBOT.joints, unit=lambda joint, turning: SLIDING[turning])
+    found = check(robot=sliding).look(command(start))
     assert found.unit == unit
     assert f" {unit} exceeds" in found.text
 

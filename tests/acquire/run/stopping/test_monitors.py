@@ -3,17 +3,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.acquire.run.stopping.history import History
 from exidyn.acquire.run.stopping.monitors import (
+    ControllerClock,
+    JointMonitor,
+    JointRule,
     Lateness,
     Outside,
     Silence,
-    Speed,
     Stale,
-    Temperature,
-    Tracking,
-    TrackingError,
+    mean_speed,
 )
-from exidyn.acquire.run.stopping.watch import ControllerClock
 from exidyn.drivers import Command, StopLevel
 from exidyn.identification.arm.robot import SLIDING
 
@@ -30,14 +30,30 @@ def sent(position):
     return Command(np.full(2, position), np.zeros(2))
 
 
-def sliding(joint, unit):
-    """The first joint turns, the second slides."""
-    return SLIDING[unit] if joint else unit
+TURNING = SimpleNamespace(joints=JOINTS, dof=2, unit=lambda joint, unit: unit)
+SECOND_SLIDES = SimpleNamespace(
+    joints=JOINTS, dof=2, unit=lambda joint, unit: SLIDING[unit] if joint else unit
+)
 
 
-def first_stop(monitor, samples):
+def joint_monitor(signal, limit, cycles, robot=TURNING, cycle=0.002, **other):
+    rule = JointRule("quantity", signal, np.full(2, limit), cycles * cycle, "rad", **other)
+    return JointMonitor(rule, robot, cycle)
+
+
+def tracking(limit, cycles, robot=TURNING):
+    return joint_monitor(lambda history: history.tracking_error, limit, cycles, robot)
+
+
+def speed(limit):
+    return joint_monitor(lambda history: mean_speed(history, 10, 0.002), limit, 10)
+
+
+def first_stop(monitor, samples, memory=1):
+    history = History(2, 0.002, memory)
     for number, (sample, command) in enumerate(samples):
-        found = monitor.look(sample, command)
+        history.add(sample, command)
+        found = monitor.look(history)
         if found is not None:
             return number, found
     return None
@@ -46,12 +62,12 @@ def first_stop(monitor, samples):
 def test_a_delay_of_the_drive_is_no_tracking_error():
     ramp = np.arange(200) * 0.01
     samples = [(seen((ramp[max(k - 10, 0)],) * 2), sent(ramp[k])) for k in range(200)]
-    assert first_stop(Tracking(JOINTS, np.full(2, 0.005), 5, TrackingError(20)), samples) is None
+    assert first_stop(tracking(0.005, 5), samples, 20) is None
 
 
 def test_an_arm_that_stays_behind_is_one_after_as_many_cycles_as_are_allowed():
     samples = [(seen((0.0, k * 0.01)), sent(k * 0.01)) for k in range(100)]
-    number, stop = first_stop(Tracking(JOINTS, np.full(2, 0.1), 5, TrackingError(10)), samples)
+    number, stop = first_stop(tracking(0.1, 5), samples, 10)
     assert stop.joint == "one"
     assert number == 10 + 9 + 5  # limit reached, memory over, five in a row
 
@@ -69,20 +85,20 @@ def test_a_coarse_encoder_is_no_speed():
     step = 0.01
     position = np.round(np.arange(300) * 0.001 / step) * step
     samples = [(seen((p, p), host_time=k * 2_000_000), sent(0.0)) for k, p in enumerate(position)]
-    assert first_stop(Speed(JOINTS, np.full(2, 1.1), 10, 0.002), samples) is None
-    assert first_stop(Speed(JOINTS, np.full(2, 0.4), 10, 0.002), samples) is not None
+    assert first_stop(speed(1.1), samples) is None
+    assert first_stop(speed(0.4), samples) is not None
 
 
 def test_lost_cycles_do_not_make_a_speed():
     samples = [(seen((k * 0.01,) * 2, host_time=k * 10_000_000), sent(0.0)) for k in range(100)]
-    assert first_stop(Speed(JOINTS, np.full(2, 1.2), 10, 0.002), samples) is None
+    assert first_stop(speed(1.2), samples) is None
 
 
 def test_an_arm_that_began_outside_may_come_back_in():
-    monitor = Outside(JOINTS, np.full(2, -1.0), np.full(2, 1.0), np.full(2, 0.01), 1)
-    monitor.look(seen((1.5, 0.0)), None)
-    assert monitor.look(seen((1.2, 0.0)), sent(0.0)) is None
-    assert monitor.look(seen((1.2, -1.1)), sent(0.0)).joint == "two"
+    limits = SimpleNamespace(position_lower=np.full(2, -1.0), position_upper=np.full(2, 1.0))
+    samples = [(seen((1.5, 0.0)), None), (seen((1.2, 0.0)), sent(0.0)), (seen((1.2, -1.1)), sent(0.0))]
+    number, stop = first_stop(joint_monitor(Outside(limits).distance, 0.01, 1), samples)
+    assert (number, stop.joint) == (2, "two")
 
 
 def test_missed_cycles_are_counted_over_one_second():
@@ -109,20 +125,16 @@ def test_a_cycle_without_a_command_does_not_make_a_tracking_error_begin_anew():
     away = [
         (seen(), sent(1.0)) if k % 5 < 4 else (seen((np.nan, np.nan), sent=False), None) for k in range(15)
     ]
-    assert first_stop(Tracking(JOINTS, np.full(2, 0.1), 6, TrackingError(1)), away)[0] == 6
+    assert first_stop(tracking(0.1, 6), away)[0] == 6
 
 
 @pytest.mark.parametrize(("place", "unit"), [(0, "rad"), (1, "m")])
 def test_a_stop_is_in_the_units_of_its_joint(place, unit):
     position = np.zeros(2)
     position[place] = 0.5
-    bounds = np.full(2, 0.1)
-    tracking = Tracking(JOINTS, bounds, 1, TrackingError(1), sliding)
-    outside = Outside(JOINTS, -bounds, bounds, np.zeros(2), 1, sliding)
-    for monitor in (tracking, outside):
-        _, stop = first_stop(monitor, [(seen(position), sent(0.0))])
-        assert stop.unit == unit
-        assert f" {unit}, limit" in stop.text
+    _, stop = first_stop(tracking(0.1, 1, SECOND_SLIDES), [(seen(position), sent(0.0))])
+    assert stop.unit == unit
+    assert f" {unit}, limit" in stop.text
 
 
 def clocks(rate, cycle=0.008, late=(), seconds=5.0):
@@ -159,8 +171,8 @@ def hot(number, celsius, cycle=0.002):
     return seen(temperature=np.array([celsius, 25.0]), host_time=round(1e9 * number * cycle)), None
 
 
-def temperature_monitor(cycle=0.002):
-    return Temperature(JOINTS, np.full(2, 85.0), round(1.0 / cycle), cycle)
+def temperature_monitor():
+    return joint_monitor(lambda history: history.sample.temperature, 85.0, 500, gaps=True)
 
 
 @pytest.mark.parametrize("every", [1, 10, 100])
@@ -188,6 +200,6 @@ def test_joints_that_are_silent_too_often_stop_the_run_though_never_for_long():
 
 @pytest.mark.parametrize(("skipped", "level"), [(30, StopLevel.BRAKE), (200, StopLevel.QUICK)])
 def test_after_a_long_stall_the_arm_rests_and_is_not_braked_by_commands(skipped, level):
-    monitor = Lateness(0.002, 0.05, 0.05)
-    monitor.look(seen(), sent(0.0))
-    assert monitor.look(seen(skipped=skipped), sent(0.0)).level is level
+    samples = [(seen(), sent(0.0)), (seen(skipped=skipped), sent(0.0))]
+    number, stop = first_stop(Lateness(0.002, 0.05, 0.05), samples)
+    assert (number, stop.level) == (1, level)

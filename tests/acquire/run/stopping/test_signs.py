@@ -1,11 +1,13 @@
 """Signs, with samples made by hand: what counts, and what noise, weight and steady errors must not."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from exidyn.acquire.run.stopping.escalation import Sign, State, escalate
+from exidyn.acquire.run.stopping.history import History
 from exidyn.acquire.run.stopping.signs import Signs
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Command, Sample
@@ -20,8 +22,12 @@ CYCLE = 0.01
 COARSE = 1.5e-3
 
 
+ROBOT = SimpleNamespace(joints=JOINTS, dof=2, unit=lambda joint, unit: unit)
+
+
 def signs(current=10.0, cycle=CYCLE, flange=None):
-    return Signs(JOINTS, LIMITS, current * TWO, WatchLimits(), cycle, flange=flange)
+    history = History(2, cycle, round(WatchLimits().delay / cycle))
+    return Signs(ROBOT, LIMITS, current * TWO, WatchLimits(), cycle, history, flange)
 
 
 def reach(position):
