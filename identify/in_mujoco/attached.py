@@ -209,8 +209,8 @@ class Attached:
         """Evaluate all effects once here, because an exception inside a callback would be lost."""
         state = self._state(int(data._address))
         self._torque(state)
-        state.torques.forget()
-        state.transmitted.forget()
+        state.torques.memory.forget()
+        state.transmitted.memory.forget()
 
     def __enter__(self) -> "Attached":
         return self
@@ -265,12 +265,12 @@ class Attached:
             return
         velocity = state.arrays["qvel"][self._dofs]
         if now < last:
-            state.torques.forget()
+            state.torques.memory.forget()
             state.acceleration[:] = state.arrays["qacc"][self._dofs]
         else:  # qacc lacks what the integrator makes implicit, such as the damping of servos
             state.acceleration[:] = (velocity - state.velocity) / (now - last)
         state.velocity[:], state.last[0] = velocity, now
-        state.torques.remember(state.arrays["qpos"][self._qpos])
+        state.torques.memory.remember(state.arrays["qpos"][self._qpos])
 
     def _torque(self, state: State) -> Share:
         """Torque of all effects."""
