@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import RobotError
-from exidyn.identification.export.mjcf_controller import Controller, with_controller
+from exidyn.identification.export.mjcf_controller import with_controller
 from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import import_source, kind_of
@@ -74,8 +74,8 @@ def controlled(
         RobotError: A gain or their count is wrong, or a joint does not have exactly one motor.
     """
     robot = model.robot
-    controller = Controller(_per_joint(robot, kp, "--kp"), _per_joint(robot, kd, "--kd"))
-    text = with_controller(source.text, source.folder, source.where, robot.joints, controller)
+    gains = _per_joint(robot, kp, "--kp"), _per_joint(robot, kd, "--kd")
+    text = with_controller(source.text, source.folder, source.where, robot.joints, *gains)
     plain = [(role, _without_servos(run)) for role, run in runs]
     return source._replace(text=text), replace(model, robot=replace(robot, servo=None)), plain
 

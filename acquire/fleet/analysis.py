@@ -201,12 +201,12 @@ class ResidualAlarm:
     def __init__(self, store: Store, arm: str, alarms_per_year: float, executor: Executor) -> None:
         self.kind, self._expected = expected_of(store, arm)
         self._store, self._executor = store, executor
-        self._limits = self._expected.limits(alarms_per_year)
+        self._limit = self._expected.limit(alarms_per_year)
         self._waiting: list[Sample] = []
         self._future: Future[Summary | str] | None = None
         self._day = 0.0
-        unknown = np.full_like(self._limits.alarm, np.nan)
-        self._latest = Residual(unknown, self._limits.alarm, self._expected.seconds, "not known yet")
+        unknown = np.full_like(self._limit, np.nan)
+        self._latest = Residual(unknown, self._limit, self._expected.seconds, "not known yet")
 
     @property
     def model(self) -> Model:
@@ -232,7 +232,7 @@ class ResidualAlarm:
 
     def _judged(self, summary: Summary | str) -> Residual:
         if isinstance(summary, str):
-            return self._latest._replace(value=np.full_like(self._limits.alarm, np.nan), why=summary)
+            return self._latest._replace(value=np.full_like(self._limit, np.nan), why=summary)
         value = self._expected.residual(Run("live", self._day, summary))
         why = (
             ""

@@ -103,11 +103,7 @@ def content_hash(path: Path) -> str:
 
 
 def date_of(recording: Recording, path: str) -> datetime:
-    """Start of a run, from the host's clock or else from the file name.
-
-    Raises:
-        RecordingError: If neither has a date.
-    """
+    """Start of a run, from the host's clock or its file's name; raises `RecordingError` without a date."""
     if recording.host_time is not None and len(recording.host_time):
         return datetime.fromtimestamp(float(recording.host_time[0]) * 1e-9, UTC)
     if written := IN_NAME.search(PurePosixPath(path).name):

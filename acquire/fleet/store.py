@@ -23,7 +23,6 @@ from exidyn.identification.fleet.kind import Kind
 from exidyn.identification.fleet.runs import Run
 from exidyn.identification.fleet.summary import Summary
 from exidyn.identification.notebook import optional
-from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.decompression_limits import require_size
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 from exidyn.identification.schema import checked
@@ -68,11 +67,7 @@ class Store:
         path = self.folder / "kinds" / f"{key}.json"
         with refused(path):
             file = checked(read_json(path), KindFile, str(path))
-            return Kind(
-                parse_model(file.robot, where=str(path)),
-                Filtering(**asdict_of(file.filtering)),
-                file.measures,
-            )
+            return Kind(parse_model(file.robot, where=str(path)), file.filtering, file.measures)
 
     def kinds(self) -> list[str]:
         """Keys of all types of arms."""

@@ -11,6 +11,7 @@ from msgspec import Meta, Struct
 from exidyn.identification.errors import ExidynError, NotAFile
 from exidyn.identification.fit.fit_schema import Measures
 from exidyn.identification.fleet.kind import Kind
+from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.schema import (
     Count,
     Name,
@@ -33,29 +34,20 @@ MaybeNumber = Number | None
 """A number, or None if it was not measured."""
 
 
-class FilteringRow(Struct, frozen=True, forbid_unknown_fields=True):
-    """Filters of all runs of a type of arm, see `Filtering`."""
-
-    rate: Positive | None = None
-    position_cutoff: Positive | None = None
-    torque_cutoff: Positive | None = None
-    standstill: Positive | None = None
-
-    def __post_init__(self) -> None:
-        half = 0.5 * (self.rate or 0.0)
-        check(half > 0.0, "rate", self.rate, "a sampling rate")
-        for name in ("position_cutoff", "torque_cutoff"):
-            cutoff = getattr(self, name)
-            check(cutoff is not None, name, cutoff, "a frequency")
-            check(cutoff < half, name, cutoff, f"less than {half:g}, half the rate")
-
-
 class KindFile(Struct, frozen=True):
-    """A type of arm, a file in `kinds/`."""
+    """A type of arm, a file in `kinds/`; its filters are completely specified."""
 
     robot: str
-    filtering: FilteringRow
+    filtering: Filtering
     measures: Measures
+
+    def __post_init__(self) -> None:
+        half = 0.5 * (self.filtering.rate or 0.0)
+        check(half > 0.0, "filtering.rate", self.filtering.rate, "a sampling rate")
+        for name in ("position_cutoff", "torque_cutoff"):
+            cutoff = getattr(self.filtering, name)
+            check(cutoff is not None, f"filtering.{name}", cutoff, "a frequency")
+            check(cutoff < half, f"filtering.{name}", cutoff, f"less than {half:g}, half the rate")
 
 
 class IndexRow(Struct, frozen=True):
@@ -107,11 +99,7 @@ class ChangeRow(Struct, frozen=True):
 
 
 def require_kind(row: RunRow, kind: Kind) -> None:
-    """Raise if a run's summary does not have the shapes of a type of arm.
-
-    Raises:
-        Disagreement: If a number of values differs; the message names it.
-    """
+    """Raise `Disagreement` unless a run's summary has the shapes of a type of arm."""
     joints, width = kind.model.robot.dof, len(kind.base.names) + 2
     check_length(row.counts, "counts", joints, "one per joint")
     check_length(

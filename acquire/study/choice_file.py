@@ -5,8 +5,8 @@ from itertools import pairwise
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any
 
-from msgspec import Meta, Struct
-from msgspec.structs import asdict
+import numpy as np
+from msgspec import Meta, Struct, to_builtins
 
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.belief.belief import Belief
@@ -78,7 +78,7 @@ class OfferRow(Struct, frozen=True):
     gained: Number
 
 
-class Chosen(Struct, frozen=True, forbid_unknown_fields=True):
+class Chosen(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """The chosen run: the file of its motion and what it needs, or the name of an existing recording."""
 
     plan: Name | None = None
@@ -180,11 +180,7 @@ class RoundChoice(Struct, frozen=True, kw_only=True):
     @property
     def table(self) -> dict[str, Any]:
         """The content of the file as a table."""
-        table = asdict(self)
-        for name in ("items", "offers"):
-            table[name] = [asdict(row) for row in table[name]]
-        if self.chosen is not None:
-            table["chosen"] = {key: value for key, value in asdict(self.chosen).items() if value is not None}
+        table: dict[str, Any] = to_builtins(self, enc_hook=np.generic.item)
         return table
 
 

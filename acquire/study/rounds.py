@@ -153,11 +153,7 @@ def tell(words: object) -> None:
 
 
 def ask(request: str) -> None:
-    """Ask a person to do something, and wait until it is done.
-
-    Raises:
-        NotConfirmed: If there is no terminal to answer in.
-    """
+    """Ask a person to do something, and wait until it is done; raises `NotConfirmed` without a terminal."""
     print(f"{request}, then press Enter: ", end="", file=sys.stderr, flush=True)
     try:
         input()

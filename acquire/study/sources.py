@@ -21,7 +21,6 @@ from exidyn.trajectories.next_run.offers import (
     Planned,
     distinguishing,
     excitation,
-    kinds_of_joint,
     kinds_of_run,
     kinds_with_body,
     offers_of,
@@ -111,7 +110,7 @@ class Cell:
         warm, rate = "temperature" in last.signals, 1.0 / self.wishes.tick
         offers = offers_of(self.model, planned, loaded, self.payload, last.payload, rate, warm, with_bar)
         made = {(past.plan.read_text(encoding="utf-8"), past.recording().payload) for past in rounds_so_far}
-        return [offer for offer in with_bar(offers) if _is_new(offer, made) and self._is_allowed(offer)]
+        return [offer for offer in with_bar(offers) if self._is_available(offer, made)]
 
     def chosen(self, offer: Offer, folder: Path) -> Chosen:
         """The path of its motion, which is written to the folder, and what it requests of a person."""
@@ -140,7 +139,7 @@ class Cell:
         for joint in sorted({finding.joints[0] for finding in findings if finding.joints}):
             folder = self.folder / f"joint {joint + 1}"
             if not folder.exists():
-                _write_motions(folder, kinds_of_joint(self.model, self.wishes, joint, tell))
+                _write_motions(folder, kinds_of_run(self.model, self.wishes, tell, joint))
             yield from _motions(folder)
 
     def _loaded(self, planned: Sequence[Planned], fit: Fit | None, seed: int) -> Iterator[Planned]:
@@ -183,9 +182,11 @@ class Cell:
             _write_motions(self.folder, kinds_of_run(self.model, self.wishes, tell))
         return _motions(self.folder)
 
-    def _is_allowed(self, offer: Offer) -> bool:
-        """Whether `exidyn record` would play an offer."""
+    def _is_available(self, offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
+        """Whether an offer differs from the runs already made, and `exidyn record` would play it."""
         assert offer.plan is not None
+        if not offer.warm and (plan_text(offer.plan), offer.payload) in made:
+            return False
         refusal = self._refusal(offer.plan, offer.payload)
         if refusal:
             tell(f"{offer.name} is not available: {refusal}")
@@ -195,7 +196,11 @@ class Cell:
         """Why `exidyn record` would not play a motion; each motion and payload is checked once."""
         key = plan_text(motion), payload
         if key not in self._checked:
-            self._checked[key] = _reason_to_refuse(motion, self.model, payload)
+            try:
+                check_plan(motion, self.model, 1.0, payload)
+                self._checked[key] = ""
+            except ExidynError as error:
+                self._checked[key] = str(error)
         return self._checked[key]
 
 
@@ -212,20 +217,6 @@ def _motions(folder: Path) -> list[Planned]:
     return [(path.stem, read_plan(path)) for path in sorted(folder.glob("*.toml"))]
 
 
-def _reason_to_refuse(motion: Plan, model: Model, payload: KnownPayload | None) -> str:
-    """Why `exidyn record` would not play a motion; empty if it would."""
-    try:
-        check_plan(motion, model, 1.0, payload)
-    except ExidynError as error:
-        return str(error)
-    return ""
-
-
-def _is_new(offer: Offer, made: set[tuple[str, KnownPayload | None]]) -> bool:
-    assert offer.plan is not None
-    return offer.warm or (plan_text(offer.plan), offer.payload) not in made
-
-
 @dataclass(frozen=True)
 class Shelf:
     """Existing recordings.
@@ -238,11 +229,7 @@ class Shelf:
 
     @classmethod
     def of(cls, folder: Path, model: Model) -> "Shelf":
-        """Read the recordings in a folder.
-
-        Raises:
-            NotAFile: If there are none.
-        """
+        """Read the recordings in a folder; raises `NotAFile` if there are none."""
         recordings: list[Recording] = []
         for path in sorted(folder.iterdir()) if folder.is_dir() else ():
             if path.suffix in NOT_RECORDINGS:
@@ -278,11 +265,7 @@ class Shelf:
 
 
 def _required(name: str | None, kind: str) -> str:
-    """The chosen plan or recording.
-
-    Raises:
-        NotAFile: If the study was started with the other source of runs.
-    """
+    """The chosen plan or recording; raises `NotAFile` if the study was started with the other source."""
     if name is None:
         raise NotAFile(
             f"{CHOICE} has no {kind}: the study was started with another source of runs (--from or a "

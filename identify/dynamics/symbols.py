@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 UNARY = ("negative", "absolute", "sign", "sqrt", "exp", "log", "sin", "cos", "tanh", "arctan", "sinh", "cosh")
 BINARY = ("add", "subtract", "multiply", "divide", "power", "hypot", "maximum", "minimum")
@@ -53,8 +54,8 @@ class Tape:
         return Symbol(self, self._places[key])
 
 
-class Symbol:
-    """The result of a step.
+class Symbol(NDArrayOperatorsMixin):
+    """The result of a step; operators and NumPy functions record further steps.
 
     Args:
         tape: Tape of the step.
@@ -71,39 +72,6 @@ class Symbol:
         if name is None or method != "__call__" or options or any(np.ndim(i) for i in inputs):
             return NotImplemented
         return _applied(self.tape, name, inputs)
-
-    def __add__(self, other: Any) -> Any:
-        return _applied(self.tape, "add", (self, other))
-
-    def __radd__(self, other: Any) -> Any:
-        return _applied(self.tape, "add", (other, self))
-
-    def __sub__(self, other: Any) -> Any:
-        return _applied(self.tape, "subtract", (self, other))
-
-    def __rsub__(self, other: Any) -> Any:
-        return _applied(self.tape, "subtract", (other, self))
-
-    def __mul__(self, other: Any) -> Any:
-        return _applied(self.tape, "multiply", (self, other))
-
-    def __rmul__(self, other: Any) -> Any:
-        return _applied(self.tape, "multiply", (other, self))
-
-    def __truediv__(self, other: Any) -> Any:
-        return _applied(self.tape, "divide", (self, other))
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _applied(self.tape, "divide", (other, self))
-
-    def __pow__(self, other: Any) -> Any:
-        return _applied(self.tape, "power", (self, other))
-
-    def __neg__(self) -> Any:
-        return _applied(self.tape, "negative", (self,))
-
-    def __abs__(self) -> Any:
-        return _applied(self.tape, "absolute", (self,))
 
 
 def _applied(tape: Tape, name: str, inputs: Sequence[Any]) -> Any:

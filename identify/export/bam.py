@@ -87,11 +87,7 @@ def bam(portable: Portable) -> str:
 
 
 def bam_servos(portable: Portable) -> list[BamServo]:
-    """Servos of all joints in the terms of BAM.
-
-    Raises:
-        RobotError: The arm has no position servos, or a joint has no torque limit.
-    """
+    """Servos of all joints in the terms of BAM; raises `RobotError` without servos or a torque limit."""
     law, limit = portable.servos, portable.torque_limit
     if law is None:
         raise RobotError(

@@ -18,8 +18,8 @@ FEATURES = ("armature", "damping", "dry", "static", "servos", "law", "delay")
 
 FIELDS: dict[str, Callable[[Portable], np.ndarray]] = {
     "joint_velocity_limit": lambda portable: portable.robot.limits.velocity,
-    "stiffness": lambda portable: _of_servos(portable, "stiffness"),
-    "damping": lambda portable: _of_servos(portable, "damping"),
+    "stiffness": lambda portable: portable.law.stiffness,
+    "damping": lambda portable: portable.law.damping,
     "armature": lambda portable: np.maximum(portable.joints.armature, 0.0),
     "friction": lambda portable: portable.static_friction,
     "dynamic_friction": lambda portable: np.maximum(portable.joints.dry, 0.0),
@@ -47,7 +47,7 @@ BY_EFFORT = "stiffness and damping are 0, for effort\ncommands; put the gains of
 
 def isaac(portable: Portable) -> str:
     """Python for an Isaac Lab configuration: limits, armature, friction, servos, delay; no bodies."""
-    delays = np.zeros(portable.robot.dof) if portable.servos is None else portable.servos.delay
+    delays = portable.law.delay
     groups = {float(delay): np.flatnonzero(delays == delay) for delay in delays}
     names = ["arm"] if len(groups) == 1 else [f"arm{place}" for place in range(1, len(groups) + 1)]
     entries = [
@@ -79,8 +79,3 @@ def _actuator(portable: Portable, places: np.ndarray, delay: float) -> str:
     if delay:
         arguments |= {"min_delay": steps(delay), "max_delay": steps(delay)}
     return call(_class(delay), arguments)
-
-
-def _of_servos(portable: Portable, name: str) -> np.ndarray:
-    """A gain of the servos, shape (n,); 0 without servos."""
-    return np.zeros(portable.robot.dof) if portable.servos is None else getattr(portable.servos, name)

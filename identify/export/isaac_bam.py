@@ -45,7 +45,7 @@ def _actuator(portable: Portable, place: int, servo: BamServo) -> str:
         "vin": "1.0",
         "armature": number(servo.armature),
     }
-    if portable.servos is not None and (delay := portable.servos.delay[place]):
+    if delay := portable.law.delay[place]:
         arguments |= {"min_delay": steps(delay), "max_delay": steps(delay)}
     return call("BamActuatorCfg", arguments)
 

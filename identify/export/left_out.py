@@ -63,9 +63,11 @@ def _amounts(robot: Robot, values: np.ndarray, unit: str) -> str:
     return ", ".join(words) + (f" {units[0]}" if alike else "")
 
 
-def _of_joints(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+def _of_each(part: str, name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+    """Function that describes a value of each joint, by the names of an attribute and of its field."""
+
     def describe(portable: Portable) -> list[str]:
-        values = getattr(portable.joints, name)
+        values = getattr(getattr(portable, part), name)
         return [f"{title}: {_amounts(portable.robot, values, unit)}"] if np.any(values) else []
 
     return describe
@@ -161,14 +163,6 @@ def _law(portable: Portable) -> list[str]:
     return [sentence]
 
 
-def _of_servos(name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
-    def describe(portable: Portable) -> list[str]:
-        values = np.zeros(1) if portable.servos is None else getattr(portable.servos, name)
-        return [f"{title}: {_amounts(portable.robot, values, unit)}"] if np.any(values) else []
-
-    return describe
-
-
 def _anywhere(model: Model) -> Motion:
     """Random motion within the velocity limits, with random temperatures and the nominal load."""
     motion = rich_motion(model)
@@ -209,23 +203,23 @@ def _uncertainty(portable: Portable) -> list[str]:
 FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "bodies": _bodies,
     "gravity": _gravity,
-    "armature": _of_joints("armature", "rotor_inertia", "kg m^2"),
-    "damping": _of_joints("damping", "viscous_friction", "N m s/rad"),
-    "dry": _of_joints("dry", "coulomb_friction", "N m"),
+    "armature": _of_each("joints", "armature", "rotor_inertia", "kg m^2"),
+    "damping": _of_each("joints", "damping", "viscous_friction", "N m s/rad"),
+    "dry": _of_each("joints", "dry", "coulomb_friction", "N m"),
     "reversal": _reversal,
-    "stiffness": _of_joints("stiffness", "stiffness of joint_spring", "N m/rad"),
-    "constant": _of_joints("constant", "constant torque of current_offset and joint_spring", "N m"),
+    "stiffness": _of_each("joints", "stiffness", "stiffness of joint_spring", "N m/rad"),
+    "constant": _of_each("joints", "constant", "constant torque of current_offset and joint_spring", "N m"),
     "balancers": _balancers,
     "effects": _others,
     "measurements": _measurements,
     "gains": _gains,
     "servos": _servos,
     "law": _other_servos,
-    "delay": _of_servos("delay", "delay of the servos", "s"),
-    "feed_forward": _of_servos(
-        "feed_forward", "feed-forward of the servos, torque over commanded velocity", "N m s/rad"
+    "delay": _of_each("law", "delay", "delay of the servos", "s"),
+    "feed_forward": _of_each(
+        "law", "feed_forward", "feed-forward of the servos, torque over commanded velocity", "N m s/rad"
     ),
-    "integral": _of_servos("integral", "integral part of the servos", "N m/(rad s)"),
+    "integral": _of_each("law", "integral", "integral part of the servos", "N m/(rad s)"),
     "coupling": _coupling,
     "uncertainty": _uncertainty,
 }

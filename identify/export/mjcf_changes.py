@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import isclose
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from exidyn.quoting import xml_attribute
 from ..errors import RobotError
 from ..model import Model
 from ..robot_files.mjcf import Part
-from ..robot_files.mjcf_names import enum_of, name_of
+from ..robot_files.mjcf_names import disabled, name_of
 from .mjcf_elements import Elements
 from .portable import Portable
 from .spread import Spread, changed_by
@@ -82,7 +83,7 @@ class File:
 
 def nearly_equal(old: float, new: float) -> bool:
     """Whether two numbers are equal except for rounding."""
-    return abs(new - old) <= SAME * max(abs(old), abs(new))
+    return isclose(old, new, rel_tol=SAME)
 
 
 def number_words(values: Iterable[float]) -> str:
@@ -110,18 +111,14 @@ def joint_changes(file: File, portable: Portable, spread: Spread, edits: Edits) 
                 half = spread.half(place, term)
                 yield Change(where, attribute, robot.unit(place, unit), float(before), float(now), half)
         if stiffness := new.stiffness[place]:
-            reference, before = -new.constant[place] / stiffness, _spring_reference(file, joint)
+            reference = -new.constant[place] / stiffness
+            before = float(file.compiled.qpos_spring[file.compiled.jnt_qposadr[joint]])
             if not nearly_equal(before, reference):
                 degrees = robot.revolute[place] and file.elements.degrees
                 edits.set(tag, springref=number_words([np.degrees(reference) if degrees else reference]))
                 gradient = -reference / stiffness, -1.0 / stiffness
                 half = changed_by(gradient, spread.of_joint(place, "stiffness", "constant"))
                 yield Change(where, "springref", robot.unit(place, "rad"), before, float(reference), half)
-
-
-def _spring_reference(file: File, joint: int) -> float:
-    """Rest position of a joint's spring in the file [rad, m]."""
-    return float(file.compiled.qpos_spring[file.compiled.jnt_qposadr[joint]])
 
 
 def _of_actuator(file: File, joint: int, attribute: str, total: float) -> float:
@@ -171,8 +168,7 @@ def compensated_share(file: File, gravity: np.ndarray) -> float | None:
     """The `gravcomp` of all links with which motors carry a gravity (3,) [m/s^2]; None if it stays."""
     model, full, old = file.compiled, file.compiled.opt.gravity, file.nominal.robot.gravity
     size = float(full @ full)
-    disabled = model.opt.disableflags & enum_of("mjtDisableBit", "mjDSBL_GRAVITY")
-    if not size or disabled or np.any(model.jnt_actgravcomp) or _same(old, gravity):
+    if not size or disabled(model, "GRAVITY") or np.any(model.jnt_actgravcomp) or _same(old, gravity):
         return None
     left, before = float(gravity @ full) / size, float(old @ full) / size
     along = _same(left * full, gravity) and _same(before * full, old)

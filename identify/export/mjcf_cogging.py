@@ -7,7 +7,6 @@ import numpy as np
 
 from ..effects import TorqueRipple
 from ..robot_files.mjcf_dcmotors import DcMotor
-from .effect_parts import joint_effects, without_effect
 from .mjcf_changes import SAME
 from .portable import Portable
 from .spread import Spread
@@ -58,7 +57,7 @@ def with_cogging(
     zeroed[wave.columns] = 0.0
     halves |= _halves(names, pair, motor.gear, spread)
     sign = np.sign(portable.robot.gear_ratio[place])  # the ripple counts turns of the robot's motor
-    return _cogged(motor, wave.poles, pair * [1.0, sign]), without_effect(portable, wave.effect, zeroed)
+    return _cogged(motor, wave.poles, pair * [1.0, sign]), portable.without_effect(wave.effect, zeroed)
 
 
 def _waves(motor: DcMotor, portable: Portable, place: int) -> list[Wave]:
@@ -69,7 +68,7 @@ def _waves(motor: DcMotor, portable: Portable, place: int) -> list[Wave]:
     ratio = abs(robot.gear_ratio[place] / motor.gear)
     return [
         Wave(effect, values, slice(2 * k - 2, 2 * k), float(k * effect.harmonic * ratio))
-        for effect, values in joint_effects(portable, TorqueRipple, place)
+        for effect, values in portable.joint_effects(TorqueRipple, place)
         if isinstance(effect, TorqueRipple)
         for k in range(1, effect.count + 1)
     ]

@@ -6,7 +6,7 @@ motors during the simulation only: the motors are restored in the text that user
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,20 +19,8 @@ from .mjcf_elements import Elements
 from .xml_text import Edits, Tag, element_end, read_tags
 
 
-class Controller(NamedTuple):
-    """Gains of a controller of n joints.
-
-    Attributes:
-        stiffness: Torque per position error kp, shape (n,) [N m/rad].
-        damping: Torque against the velocity kd, shape (n,) [N m s/rad].
-    """
-
-    stiffness: np.ndarray
-    damping: np.ndarray
-
-
 def with_controller(
-    text: bytes, folder: str, where: str, joints: Sequence[str], controller: Controller
+    text: bytes, folder: str, where: str, joints: Sequence[str], kp: np.ndarray, kd: np.ndarray
 ) -> bytes:
     """The text of an MJCF with position servos in place of the motors of some joints.
 
@@ -41,7 +29,8 @@ def with_controller(
         folder: Folder of the files that it refers to.
         where: Name of the file in errors.
         joints: Joints that the controller drives.
-        controller: Gains of the controller.
+        kp: Torque per position error, shape (n,) [N m/rad].
+        kd: Torque against the velocity, shape (n,) [N m s/rad].
 
     Raises:
         RobotError: A joint does not have exactly one motor.
@@ -52,8 +41,8 @@ def with_controller(
     tags = [elements.actuator(actuator) for actuator in chosen]
     text = _renamed(text, tags)
     edits, elements = Edits(text), Elements(read_tags(text, where), compiled, where)
-    for actuator, kp, kd in zip(chosen, controller.stiffness, controller.damping, strict=True):
-        edits.set(elements.actuator(actuator), **_servo(compiled, actuator, float(kp), float(kd)))
+    for actuator, *gains in zip(chosen, kp, kd, strict=True):
+        edits.set(elements.actuator(actuator), **_servo(compiled, actuator, *map(float, gains)))
     return edits.text()
 
 

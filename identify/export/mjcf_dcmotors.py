@@ -15,7 +15,6 @@ from ..effects import StribeckFriction, TorqueRipple
 from ..errors import RobotError
 from ..robot_files.mjcf_dcmotors import SHORTED, DcMotor, dc_motors
 from ..robot_files.mjcf_names import name_of
-from .effect_parts import joint_effects, without_effect
 from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
 from .mjcf_cogging import with_cogging
 from .portable import Portable
@@ -86,21 +85,17 @@ def kept_cogging(file: File, portable: Portable) -> list[str]:
         f"cogging of dcmotor '{name_of(file.compiled, 'actuator', motor.index)}' stays in the file, although "
         "the model has no torque_ripple of its joint"
         for motor in dc_motors(file.compiled, file.joints)
-        if motor.amplitude and not joint_effects(portable, TorqueRipple, file.joints.index(motor.joint))
+        if motor.amplitude and not portable.joint_effects(TorqueRipple, file.joints.index(motor.joint))
     ]
 
 
 def require_motors(compiled: Any, motors: list[DcMotor], where: str) -> None:
-    """Check that the motors compiled from the new text have the intended numbers.
-
-    Raises:
-        RobotError: They have other numbers.
-    """
+    """Raise `RobotError` unless the motors compiled from the new text have the intended numbers."""
     for wanted in motors:
         made = DcMotor.of(compiled, wanted.index)
         for name, value in vars(wanted).items():
             actual = getattr(made, name)
-            if abs(actual - value) > SAME * max(abs(actual), abs(value)):
+            if not nearly_equal(actual, value):
                 raise RobotError(
                     f"{where}: {name} of dcmotor '{name_of(compiled, 'actuator', wanted.index)}' is "
                     f"{actual:.4g} in MuJoCo, not {value:.4g} as in its element"
@@ -143,7 +138,7 @@ def _plan_friction(file: File, plan: Plan, spread: Spread) -> None:
     plan.halves["coulomb"] = plan.halves["static"] = spread.half(place, "dry") / gear
     if plan.old.fades:
         plan.new = replace(plan.new, static=coulomb)
-    for effect, values in joint_effects(plan.unwritten, StribeckFriction, place):
+    for effect, values in plan.unwritten.joint_effects(StribeckFriction, place):
         assert isinstance(effect, StribeckFriction)
         if not (values.any() or plan.old.fades):
             continue
@@ -155,15 +150,11 @@ def _plan_friction(file: File, plan: Plan, spread: Spread) -> None:
         plan.halves["static"] = spread.half_of(
             dict.fromkeys((f"Fc{place + 1}", f"Fg{place + 1}", f"Fs{place + 1}"), 1.0 / gear)
         )
-        plan.unwritten = without_effect(plan.unwritten, effect, 0.0 * values)
+        plan.unwritten = plan.unwritten.without_effect(effect, 0.0 * values)
 
 
 def _coulomb(file: File, plan: Plan) -> float:
-    """Coulomb friction of the joint beyond that of its `frictionloss`, which its joint terms then keep [N m].
-
-    Raises:
-        RobotError: The joint has more.
-    """
+    """Coulomb friction beyond the joint's `frictionloss` [N m]; raises `RobotError` if that has more."""
     place, total = plan.place, Portable.of(file.nominal).joints.dry[plan.place]
     of_joint = total - abs(plan.old.gear) * plan.old.coulomb
     identified = plan.unwritten.joints.dry[place]

@@ -30,28 +30,29 @@ class Elements:
         """The tag of an actuator."""
         return self._tag("actuator", actuator, actuator)
 
-    def _tag(self, kind: str, index: int, place: int) -> Tag:
-        """The tag of an element by its name or, if the file gives no name, by its place in the text.
+    def position_servo(self, actuator: int) -> Tag | None:
+        """The tag of an actuator with a position gain; None for others, and for those of included files."""
+        tag = self._found("actuator", actuator, actuator)
+        return tag if tag and tag.name in ("position", "intvelocity", "general") else None
 
-        Raises:
-            RobotError: The text does not contain it, because it is included or replicated.
-        """
-        name, tags = name_of(self._model, kind, index), self._tags[kind]
-        for tag in tags:
-            if tag.attributes.get("name") == name:
-                return tag
-        counts = {
-            "body": self._model.nbody - 1,
-            "joint": self._model.njnt,
-            "actuator": len(actuators(self._model)),
-        }
-        complete = len(tags) == counts[kind]
-        if complete and "name" not in tags[place].attributes:
-            return tags[place]
+    def _tag(self, kind: str, index: int, place: int) -> Tag:
+        """The tag of an element; raises `RobotError` if it is in an included file or replicated."""
+        if tag := self._found(kind, index, place):
+            return tag
+        name = name_of(self._model, kind, index)
         raise RobotError(
             f"{self._where}: {kind} '{name}' is not in the text of this file, but in an included file, or "
             "created by replicate or attach. Give the file that contains it"
         )
+
+    def _found(self, kind: str, index: int, place: int) -> Tag | None:
+        """The tag with an element's name, or at its place if that tag has no name and none is elsewhere."""
+        model, tags = self._model, self._tags[kind]
+        if named := [tag for tag in tags if tag.attributes.get("name") == name_of(model, kind, index)]:
+            return named[0]
+        counts = {"body": model.nbody - 1, "joint": model.njnt, "actuator": len(actuators(model))}
+        complete = len(tags) == counts[kind]
+        return tags[place] if complete and "name" not in tags[place].attributes else None
 
     @property
     def degrees(self) -> bool:

@@ -8,12 +8,10 @@ from ..arm.servo_law import ServoLaw
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law, servos
-from .mjcf_changes import DIGITS
+from .mjcf_changes import DIGITS, nearly_equal
 from .mjcf_elements import Elements
 from .xml_text import Edits, Tag, read_tags
 
-CLOSE = 1e-6
-"""Relative difference between a written and a compiled number that counts as rounding."""
 GAINS = ("stiffness", "damping")
 
 
@@ -42,7 +40,7 @@ def with_servo_law(
     elements, edits = Elements(read_tags(text, where), compiled, where), Edits(text)
     for place, actuator in enumerate(servos(compiled, joints)):
         differing = {
-            name for name in changed if not _close(getattr(law, name)[place], getattr(old, name)[place])
+            name for name in changed if not nearly_equal(getattr(law, name)[place], getattr(old, name)[place])
         }
         gear = float(compiled.actuator_gear[actuator, 0])
         timestep = float(compiled.opt.timestep)
@@ -76,14 +74,8 @@ def _require(
     for name in changed:
         for place, joint in enumerate(joints):
             wanted = float(getattr(law, name)[place])
-            if made is None or not _close(float(getattr(made, name)[place]), wanted):
+            if made is None or not nearly_equal(getattr(made, name)[place], wanted):
                 raise RobotError(
                     f"{where}: MuJoCo compiles another {name} of the servo of joint '{joint}' than the "
                     f"{wanted:.4g} that was written. Remove what overrides it"
                 )
-
-
-def _close(first: float, second: float) -> bool:
-    if not np.isfinite([first, second]).all():
-        return first == second
-    return abs(first - second) <= CLOSE * max(abs(first), abs(second))

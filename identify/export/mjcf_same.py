@@ -1,7 +1,7 @@
 """Check that the model compiled from an MJCF equals the intended model."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,31 +12,19 @@ from ..model import Model
 from ..robot_files.mjcf import mjcf_kinematics
 from ..robot_files.mjcf_names import joint_name
 from ..robot_files.robot_file import described_model
-from .mjcf_changes import SAME, TERMS, sizes
+from .mjcf_changes import SAME, TERMS, nearly_equal, sizes
 from .portable import Portable
 
-
-class Remedy(NamedTuple):
-    """End of an error about a number that differs, for joints and for bodies."""
-
-    of_joint: str
-    of_body: str
-
-
-WRITTEN = Remedy(
+WRITTEN = (
     ", which differs from its element. Remove what overrides it, such as springdamper",
     ", which differs from its <inertial>. Remove what overrides it, such as inertiafromgeom, settotalmass or "
     "balanceinertia",
 )
-"""Remedy after the numbers have been written."""
+"""Ends of errors about a number of a joint and about a body that differ after the numbers were written."""
 
 
 def described(compiled: Any, portable: Portable, where: str) -> Model:
-    """Model that the file describes, with the same held joints.
-
-    Raises:
-        RobotError: Joints are at other places than in the robot.
-    """
+    """Model that the file describes, with the same held joints; raises `RobotError` for another arm."""
     robot = portable.robot
     kinematics = mjcf_kinematics(compiled, where, robot.joints, held_in(compiled, robot))
     mine, theirs = robot.kinematics, kinematics.model
@@ -69,23 +57,19 @@ def accepted(portable: Portable) -> tuple[Portable, list[str]]:
     return replace(portable, joints=joints), remarks
 
 
-def require_same(wanted: Portable, model: Model, where: str, remedy: Remedy = WRITTEN) -> None:
-    """Check that the model compiled from the new text equals the intended model.
-
-    Raises:
-        RobotError: They differ, for example because a compiler option overrides a number.
-    """
+def require_same(wanted: Portable, model: Model, where: str, remedies: tuple[str, str] = WRITTEN) -> None:
+    """Raise `RobotError` unless the model compiled from the new text equals the intended model."""
     made, robot = Portable.of(model), wanted.robot
     for place, name in enumerate(robot.joints):
         for term, (attribute, _) in TERMS.items():
             actual, expected = getattr(made.joints, term)[place], getattr(wanted.joints, term)[place]
-            if abs(actual - expected) > SAME * max(abs(actual), abs(expected)):
+            if not nearly_equal(actual, expected):
                 raise RobotError(
                     f"{where}: {attribute} of joint '{name}' is {actual:.4g} in MuJoCo, not {expected:.4g}"
-                    f"{remedy.of_joint}"
+                    f"{remedies[0]}"
                 )
         body, intended = (
             inertial_parameters(arm.kinematics.inertias[place + 1]) for arm in (model.robot, robot)
         )
         if np.any(np.abs(body - intended) > 10.0 * SAME * sizes(intended)):
-            raise RobotError(f"{where}: MuJoCo has another body behind joint '{name}'{remedy.of_body}")
+            raise RobotError(f"{where}: MuJoCo has another body behind joint '{name}'{remedies[1]}")

@@ -18,7 +18,7 @@ from ..robot_files.mjcf_names import actuators, name_of
 from ..text_table import NORMAL_95
 from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
 from .portable import Portable
-from .xml_text import Edits, Tag
+from .xml_text import Edits
 
 
 def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Change]:
@@ -54,10 +54,9 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
         edits: Edits of the text.
     """
     old = file.compiled
-    tags = [tag for part in file.elements.root.children if part.name == "actuator" for tag in part.children]
     for actuator in actuators(old):
         original, altered = (_gains(model, actuator)[1] for model in (old, new))
-        tag = _position_tag(tags, old, actuator)
+        tag = file.elements.position_servo(actuator)
         if tag is not None and actuator not in written and not nearly_equal(original, altered):
             if tag.name == "general":  # MuJoCo takes a positive third number for a dampratio
                 offset, stiffness = old.actuator_biasprm[actuator][:2]
@@ -86,21 +85,8 @@ def altered_damping(old: Any, new: Any, written: Collection[int]) -> list[str]:
     ]
 
 
-def _position_tag(tags: list[Tag], model: Any, actuator: int) -> Tag | None:
-    """The tag of a servo with a position gain, by its name or its place; None for other actuators."""
-    name = name_of(model, "actuator", actuator)
-    named = [tag for tag in tags if tag.attributes.get("name") == name]
-    if not named and len(tags) == len(actuators(model)) and "name" not in tags[actuator].attributes:
-        named = [tags[actuator]]
-    return named[0] if named and named[0].name in ("position", "intvelocity", "general") else None
-
-
 def require_servos(compiled: Any, portable: Portable, where: str) -> None:
-    """Check that the servos compiled from the new text have the intended gains.
-
-    Raises:
-        RobotError: They have other gains.
-    """
+    """Raise `RobotError` unless the servos compiled from the new text have the intended gains."""
     robot, actuators = portable.robot, servos(compiled, portable.robot.joints)
     for actuator, wanted in zip(actuators, stiffness(robot) if robot.servo else (), strict=False):
         kp, damping = _gains(compiled, actuator)

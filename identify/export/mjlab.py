@@ -33,33 +33,33 @@ BY_EFFORT = "stiffness and damping\nare 0, for effort commands; put the gains of
 
 def mjlab(portable: Portable) -> str:
     """Python for an mjlab configuration: limits, armature, friction, servos, delay; no bodies."""
-    law = portable.servos
-    kind = "IdealPdActuatorCfg" if law is None else "BuiltinPositionActuatorCfg"
+    no_servos = portable.servos is None
+    kind = "IdealPdActuatorCfg" if no_servos else "BuiltinPositionActuatorCfg"
     actuators = [call(kind, _arguments(portable, place)) for place in range(portable.robot.dof)]
     return HEAD.format(
-        law=BY_EFFORT if law is None else BY_SERVO,
+        law=BY_EFFORT if no_servos else BY_SERVO,
         kind=kind,
         name=python_text(portable.robot.name),
-        step=STEP if law is not None and np.any(law.delay) else "",
+        step=STEP if np.any(portable.law.delay) else "",
         actuators=indent(",\n".join(actuators) + ",", "    "),
     )
 
 
 def _arguments(portable: Portable, place: int) -> dict[str, str]:
     """Arguments of one joint's actuator."""
-    law, joints = portable.servos, portable.joints
+    law, joints = portable.law, portable.joints
     [pattern] = patterns([portable.robot.joints[place]])
     arguments = {
         "target_names_expr": f"({pattern},)",
-        "stiffness": number(0.0 if law is None else law.stiffness[place]),
-        "damping": number(0.0 if law is None else law.damping[place]),
+        "stiffness": number(law.stiffness[place]),
+        "damping": number(law.damping[place]),
     }
     if np.isfinite(limit := portable.torque_limit[place]):
         arguments["effort_limit"] = number(limit)
     arguments["armature"] = number(max(joints.armature[place], 0.0))
     arguments["frictionloss"] = number(max(joints.dry[place], 0.0))
     arguments["viscous_damping"] = number(max(joints.damping[place], 0.0))
-    if law is not None and law.delay[place]:
+    if law.delay[place]:
         lag = steps(law.delay[place])
         arguments |= {"delay_min_lag": lag, "delay_max_lag": lag}
     return arguments

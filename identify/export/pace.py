@@ -24,23 +24,20 @@ def pace(portable: Portable) -> bytes:
     """PyTorch tensor for PACE (mean_000.pt): armature, viscous and dry friction, no encoder bias, delay."""
     joints = portable.joints
     parts = [joints.armature, joints.damping, joints.dry, np.zeros(portable.robot.dof)]
-    return tensor_file(np.array([*np.maximum(np.concatenate(parts), 0.0), _delay(portable) / STEP]))
+    return tensor_file(
+        np.array([*np.maximum(np.concatenate(parts), 0.0), np.mean(portable.law.delay) / STEP])
+    )
 
 
 def pace_notes(portable: Portable) -> list[str]:
     """Sentences on the parts of the model that PACE's parameters approximate."""
-    delays = np.zeros(1) if portable.servos is None else portable.servos.delay
+    delays = portable.law.delay
     if not np.any(delays):
         return []
     notes = ["a delay of commands alone: PACE delays torques, and so what the servos measure too"]
     if np.any(delays != delays[0]):
-        notes.append(f"different delays of the joints: all have the mean, {_delay(portable):.4g} s")
+        notes.append(f"different delays of the joints: all have the mean, {np.mean(delays):.4g} s")
     return notes
-
-
-def _delay(portable: Portable) -> float:
-    """Mean delay of the servos [s]."""
-    return 0.0 if portable.servos is None else float(np.mean(portable.servos.delay))
 
 
 def tensor_file(values: np.ndarray) -> bytes:

@@ -5,18 +5,22 @@ consistent ones. About the center of mass, :math:`\Sigma = \tfrac12 \mathrm{tr}(
 of the mass and therefore positive definite: the triangle inequality of the principal moments of inertia.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
 from ..effects import Effect, StribeckFriction
+from ..effects.effect import JointEffect
 from ..effects.rigid_body import inertial_parameters, with_bodies
 from ..effects.simulator_terms import JointTerms, Spring
 from ..errors import RobotError
 from ..fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from ..model import Model
+
+Pair = tuple[Effect, np.ndarray]
+"""An effect and its parameters (p,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +39,7 @@ class Portable:
     model: Model
     joints: JointTerms
     balancers: tuple[Spring, ...]
-    others: tuple[tuple[Effect, np.ndarray], ...]
+    others: tuple[Pair, ...]
     remarks: tuple[str, ...]
     servos: ServoLaw | None = None
 
@@ -45,10 +49,15 @@ class Portable:
         return self.model.robot
 
     @property
+    def law(self) -> ServoLaw:
+        """Law of the position servos; without torque or delay if there are none."""
+        none = np.zeros(self.robot.dof)
+        return ServoLaw.of(none, none, none + np.inf, none) if self.servos is None else self.servos
+
+    @property
     def torque_limit(self) -> np.ndarray:
         """Largest torque of each joint's motor, shape (n,) [N m]; infinite if there is none."""
-        limit = self.robot.limits.torque
-        return limit if self.servos is None else np.minimum(limit, self.servos.limit)
+        return np.minimum(self.robot.limits.torque, self.law.limit)
 
     @property
     def static_friction(self) -> np.ndarray:
@@ -83,6 +92,32 @@ class Portable:
                 others.append((effect, values))
         law = _robot_servos(model.robot) if servos is None else servos
         return cls(model, joints, tuple(balancers), tuple(others), remarks, law)
+
+    def joint_effects(self, kind: type[JointEffect], place: int) -> list[Pair]:
+        """Effects of a kind on one joint, each split off from those on other joints."""
+        return [
+            pair
+            for effect, values in self.others
+            if isinstance(effect, kind)
+            for pair in self._apart(effect, values)
+            if pair[0].parameter_joints(self.robot)[0] == place
+        ]
+
+    def without_effect(self, part: Effect, values_of_part: np.ndarray) -> "Portable":
+        """The model in which one part of an effect has other values (p,); without it if they are zero."""
+        others: list[Pair] = []
+        for effect, values in self.others:
+            pieces = self._apart(effect, values) if type(effect) is type(part) else []
+            if part not in [piece for piece, _ in pieces]:
+                others.append((effect, values))
+                continue
+            pieces = [(piece, values_of_part if piece == part else share) for piece, share in pieces]
+            others += [(piece, share) for piece, share in pieces if np.any(share)]
+        return replace(self, others=tuple(others))
+
+    def _apart(self, effect: Effect, values: np.ndarray) -> list[Pair]:
+        parts = effect.apart(self.robot)
+        return list(zip(parts, np.split(values, len(parts)), strict=True))
 
 
 def _robot_servos(robot: Robot) -> ServoLaw | None:

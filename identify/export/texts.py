@@ -9,8 +9,6 @@ import pinocchio as pin
 from exidyn.quoting import json_text
 
 from ..arm.newton_euler import joints_of, link_frames
-from ..arm.robot import Limits
-from ..arm.servo_law import ServoLaw
 from ..effects import Effect, name_of
 from ..measurements import measurement_name
 from ..model import Model
@@ -41,14 +39,9 @@ def json(portable: Portable) -> str:
             | {f.name: getattr(measurement, f.name) for f in fields(measurement)}
             for measurement in model.measurements
         ],
-        "servos": _servos(portable.servos),
+        "servos": None if portable.servos is None else vars(portable.servos),
     }
     return json_text(_plain(table)) + "\n"
-
-
-def _servos(law: ServoLaw | None) -> dict[str, np.ndarray] | None:
-    """Entry of the position servos, with a list per field; None if there are none."""
-    return None if law is None else {f.name: getattr(law, f.name) for f in fields(law)}
 
 
 def _joint(model: Model, place: int) -> dict[str, Any]:
@@ -61,7 +54,7 @@ def _joint(model: Model, place: int) -> dict[str, Any]:
         "parent": robot.joints[joint.parent] if joint.parent >= 0 else None,
         **_placement(joint.placement),
         "axis": joint.axis,
-        "limits": {f.name: getattr(robot.limits, f.name)[place] for f in fields(Limits)},
+        "limits": {name: values[place] for name, values in vars(robot.limits).items()},
         "drive_gain": robot.drive_gain[place],
         "gear_ratio": robot.gear_ratio[place],
         "link": {

@@ -32,11 +32,7 @@ class Tag:
 
 
 def read_tags(text: bytes, where: str) -> Tag:
-    """Root element of a text.
-
-    Raises:
-        RobotError: The text is not XML, or its encoding does not represent tags as ASCII.
-    """
+    """Root element; raises `RobotError` if the text is not XML, or is encoded without tags in ASCII."""
     parser, open_ = expat.ParserCreate(), [Tag("", 0, {})]
 
     def begin(name: str, attributes: dict[str, str]) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 from scipy import stats
 
 from ..positive_definite import covariance, factored, inverse, solve
-from .kind import Cause
 from .learned import Learned
 from .runs import ArmRuns
 
@@ -67,10 +66,11 @@ def compared(learned: Learned, first: ArmRuns, second: ArmRuns) -> list[Differen
     amounts = solve(factor, directions[chosen] @ precision @ difference)
     stds = np.sqrt(np.diag(covariance(factor)))
     values = first_level[:size] * frame.scale
-    rows = [
-        _row(frame.causes[k], values, float(amount), float(std))
-        for k, amount, std in zip(chosen, amounts, stds, strict=True)
-    ]
+    rows = []
+    for cause, amount, std in zip([frame.causes[k] for k in chosen], amounts, stds, strict=True):
+        usual = values[cause.place] if cause.place >= 0 else np.nan
+        what = cause.effect, cause.joint, cause.parameter, cause.unit
+        rows.append(Difference(*what, usual, float(amount), float(std)))
     return sorted(rows, key=lambda row: -abs(row.amount) / row.std)
 
 
@@ -101,11 +101,6 @@ def _difference(
     )
     precision = inverse((first_covariance + second_covariance)[:size, :size])
     return first_level, (second_level - first_level)[:size], precision
-
-
-def _row(cause: Cause, values: np.ndarray, amount: float, std: float) -> Difference:
-    first = values[cause.place] if cause.place >= 0 else np.nan
-    return Difference(cause.effect, cause.joint, cause.parameter, cause.unit, first, amount, std)
 
 
 def _explained(directions: np.ndarray, precision: np.ndarray, difference: np.ndarray) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -187,13 +186,6 @@ FEWEST = 3
 SECONDS_A_YEAR = 365.25 * 86400.0
 
 
-class Limits(NamedTuple):
-    """Usual residual of each joint (n,) [N m], and the residual above which an alarm is raised (n,) [N m]."""
-
-    usual: np.ndarray
-    alarm: np.ndarray
-
-
 @dataclass(frozen=True, eq=False)
 class Expected:
     """Expected behavior of an arm, by its runs.
@@ -241,8 +233,8 @@ class Expected:
         design = design_of(self.runs.frame, [*self.runs.runs, run])[-1]
         return _residual(self.runs.frame, run, design @ self.level)
 
-    def limits(self, alarms_per_year: float) -> Limits:
-        """Limits that a sound arm in continuous motion exceeds at this rate, over all joints together.
+    def limit(self, alarms_per_year: float) -> np.ndarray:
+        """Residual that a sound arm in continuous motion exceeds at this rate, over all joints, (n,) [N m].
 
         Scatter of friction adds to the squared residual, so its logarithm has a longer upper tail than a
         normal distribution. It is modeled as Laplace's, or as Student's if few pairs make that longer.
@@ -253,7 +245,7 @@ class Expected:
             max(stats.t.isf(share, self.freedom), stats.laplace.isf(share, scale=np.sqrt(0.5)))
         )
         deviations *= float(np.sqrt(1.0 + 1.0 / count))
-        return Limits(np.exp(self.mean), np.exp(self.mean + deviations * self.scatter))
+        return np.exp(self.mean + deviations * self.scatter)
 
 
 def _log_residuals(learned: Learned, runs: ArmRuns) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from ..effects import CurrentOffset, Effect, ViscousFriction, name_of
 from ..effects.simulator_terms import JointTerms
 from ..errors import RobotError
-from ..export.mjcf_same import Remedy, accepted, described, require_same
+from ..export.mjcf_same import accepted, described, require_same
 from ..export.portable import Portable
 from ..model import Model
 from ..notebook import optional
@@ -22,7 +22,6 @@ from .torques import Share, Torques
 
 READ = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
 PATCH = ". Write the estimates into the file first: exidyn export FIT --to mjcf --patch ARM.xml"
-UNPATCHED = Remedy(PATCH, PATCH)
 WHERE = "the model"
 
 Pair = tuple[Effect, np.ndarray]
@@ -41,7 +40,7 @@ def lacking(model: Any, arm: Model, payload: str = "") -> tuple[Portable, list[P
     without_dry = replace(held, joints=replace(held.joints, dry=np.zeros(arm.robot.dof)))
     compiled = described(model, wanted, WHERE)
     compiled_joints = Portable.of(compiled).joints
-    require_same(without_dry, _without_dry(compiled), WHERE, UNPATCHED)
+    require_same(without_dry, _without_dry(compiled), WHERE, (PATCH, PATCH))
     pairs = [
         pair for pair in wanted.model.shares(wanted.model.nominal_values) if _lacks(pair[0], wanted, pair[1])
     ]
@@ -209,8 +208,8 @@ class Attached:
         """Evaluate all effects once here, because an exception inside a callback would be lost."""
         state = self._state(int(data._address))
         self._torque(state)
-        state.torques.forget()
-        state.transmitted.forget()
+        state.torques.memory.forget()
+        state.transmitted.memory.forget()
 
     def __enter__(self) -> "Attached":
         return self
@@ -265,12 +264,12 @@ class Attached:
             return
         velocity = state.arrays["qvel"][self._dofs]
         if now < last:
-            state.torques.forget()
+            state.torques.memory.forget()
             state.acceleration[:] = state.arrays["qacc"][self._dofs]
         else:  # qacc lacks what the integrator makes implicit, such as the damping of servos
             state.acceleration[:] = (velocity - state.velocity) / (now - last)
         state.velocity[:], state.last[0] = velocity, now
-        state.torques.remember(state.arrays["qpos"][self._qpos])
+        state.torques.memory.remember(state.arrays["qpos"][self._qpos])
 
     def _torque(self, state: State) -> Share:
         """Torque of all effects."""

@@ -1,7 +1,7 @@
 """Clearance: margins to collision and to the walls of regions."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -120,14 +120,14 @@ def nearest(clearance: Clearance, trajectory: Trajectory) -> Approach:
     names = clearance.names
     if not names:
         return Approach(np.inf, 0.0, "", np.inf)
-    bounds = _Bounds.of(clearance, trajectory)
+    lowest_between = _lowest_between(clearance, trajectory)
     count = int(np.ceil(trajectory.duration / FIRST_STEP)) + 1
     states = trajectory.at(np.linspace(0.0, trajectory.duration, max(count, 2)))
     samples = _Ends.of(states, clearance.margins(states.position))
     smallest = samples.lowest(names)
     left, right = samples.rows(slice(0, -1)), samples.rows(slice(1, None))
     while True:
-        lowest = bounds.lowest(left, right)
+        lowest = lowest_between(left, right)
         is_open = lowest < smallest.margin - max(RESOLUTION, SHARE * smallest.margin)
         proven = float(np.min(lowest[~is_open], initial=np.inf))
         smallest = smallest._replace(bound=min(smallest.bound, proven))
@@ -172,28 +172,16 @@ class _Ends(NamedTuple):
         return _Ends(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
-class _Bounds(NamedTuple):
-    """Bounds that hold over the entire trajectory.
+def _lowest_between(clearance: Clearance, trajectory: Trajectory) -> Callable[[_Ends, _Ends], np.ndarray]:
+    """Function of both ends of intervals: lower bounds of the margins between them, shape (k, m) [m]."""
+    position, velocity, acceleration = (reached.largest for reached in trajectory.extremes()[:3])
+    reach = clearance.reach(position)
 
-    Attributes:
-        reach: Largest change of each margin per unit of joint motion, shape (m, n) [m/rad].
-        velocity: Largest speed of each joint, shape (n,) [rad/s].
-        acceleration: Largest acceleration either way, shape (n,) [rad/s^2].
-    """
-
-    reach: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-
-    @classmethod
-    def of(cls, clearance: Clearance, trajectory: Trajectory) -> "_Bounds":
-        position, velocity, acceleration = (reached.largest for reached in trajectory.extremes()[:3])
-        return cls(clearance.reach(position), velocity, acceleration)
-
-    def lowest(self, left: _Ends, right: _Ends) -> np.ndarray:
-        """Lower bound of the margins between the ends, shape (k, m) [m]."""
+    def lowest(left: _Ends, right: _Ends) -> np.ndarray:
         step = (right.time - left.time)[:, None]
         # speed at either end plus acceleration times elapsed time; the smaller of the two, integrated
-        from_ends = 0.5 * step * (left.speed + right.speed) + 0.25 * step**2 * self.acceleration
-        travel = np.minimum(self.velocity * step, from_ends)
-        return 0.5 * (left.margin + right.margin - travel @ self.reach.T)
+        from_ends = 0.5 * step * (left.speed + right.speed) + 0.25 * step**2 * acceleration
+        travel = np.minimum(velocity * step, from_ends)
+        return 0.5 * (left.margin + right.margin - travel @ reach.T)
+
+    return lowest

@@ -40,19 +40,10 @@ class ExcludedPair(NamedTuple):
     near_share: float = np.nan
 
 
-def choose_pairs(
+def _choose_pairs(
     robot: Robot, geometry: pin.GeometryModel, required: float, ignored: Collection[tuple[str, str]]
 ) -> tuple[pin.GeometryModel, list[ExcludedPair]]:
-    """A copy of the geometry with the pairs to check, and the excluded pairs.
-
-    Bodies fixed to each other form no pair. Adjacent links are excluded. So are bodies that are nearer than
-    the required distance, or 25 mm, in more than 95 % of random positions: they are near each other by
-    design, like the first and third joint of a wrist. A pair with an obstacle is excluded only if at most one
-    joint moves the body, such as the column of an arm on its table.
-
-    Raises:
-        RobotError: The geometry belongs to another robot, or a link to ignore has no body.
-    """
+    """A copy of the geometry with the pairs to check, and the excluded pairs; see `Collision.of`."""
     _check(robot, geometry)
     bodies, checked = geometry.geometryObjects, geometry.copy()
     checked.removeAllCollisionPairs()
@@ -173,7 +164,12 @@ class Collision(Clearance):
         required: float = REQUIRED,
         ignored: Collection[tuple[str, str]] = (),
     ) -> "Collision":
-        """Collision with all pairs that can collide, except adjacent links.
+        """Collision with all pairs that can collide.
+
+        Bodies fixed to each other form no pair. Adjacent links are excluded. So are bodies that are nearer
+        than the required distance, or 25 mm, in more than 95 % of random positions: they are near each other
+        by design, like the first and third joint of a wrist. A pair with an obstacle is excluded only if at
+        most one joint moves the body, such as the column of an arm on its table.
 
         Args:
             robot: Robot whose joints carry the bodies.
@@ -184,7 +180,7 @@ class Collision(Clearance):
         Raises:
             RobotError: The geometry belongs to another robot, or an ignored link has no body.
         """
-        checked, excluded = choose_pairs(robot, geometry, required, ignored)
+        checked, excluded = _choose_pairs(robot, geometry, required, ignored)
         return cls(robot.kinematics, checked, required, tuple(excluded))
 
     @property

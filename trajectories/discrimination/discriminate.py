@@ -21,8 +21,7 @@ from exidyn.identification.model import Model
 
 from ..errors import NotComparable
 from ..search.experiment import loaded_runs, whitening
-from ..search.goals import Objective
-from ..search.torque_spread import TorqueSpread
+from ..search.goals import Goal, Objective
 from ..search.unknowns import design_model
 from .separation import Explanation, Hypothesis, Observation, explain, probability
 
@@ -35,7 +34,7 @@ Pair = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Discriminate:
+class Discriminate(Goal):
     """The goal to distinguish hypotheses.
 
     Attributes:
@@ -44,13 +43,11 @@ class Discriminate:
         observation: How precisely torque is observed.
         earlier: Separation from the data so far, shape (h, h), with the true hypothesis in the row and its
             rival in the column; zero by default.
-        spread: Uncertainty of the torque, for its limits.
     """
 
     hypotheses: tuple[Hypothesis, ...]
     observation: Observation
     earlier: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
-    spread: TorqueSpread | None = None
 
     def __post_init__(self) -> None:
         count = len(self.hypotheses)
@@ -75,16 +72,11 @@ class Discriminate:
 
     @property
     def model(self) -> Model:
-        """Model of the first hypothesis."""
         return self.hypotheses[0].model
 
     @property
     def payloads(self) -> Sequence[str]:
-        """Payload in each run."""
         return self.observation.payloads
-
-    def with_spread(self, spread: TorqueSpread | None) -> "Discriminate":
-        return replace(self, spread=spread)
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         def smooth(model: Model) -> Model:

@@ -127,38 +127,27 @@ def distinguish(
         seconds: Duration of the run [s].
         remedies: Remedies to evaluate for pairs that the run leaves open.
     """
-    explanations = goal.explanations(motion)
-    pairs = combinations(range(len(goal.hypotheses)), 2)
-    return [_distinction(goal, motion, limits, seconds, remedies, explanations, pair) for pair in pairs]
-
-
-def _distinction(
-    goal: Discriminate,
-    motion: Motion,
-    limits: Limits,
-    seconds: float,
-    remedies: Sequence[Remedy],
-    explanations: dict[Pair, Explanation],
-    pair: Pair,
-) -> Distinction:
-    orders = (pair, pair[::-1])
-    before = min(goal.earlier[order] for order in orders)
-    after = probability(min(goal.earlier[order] + explanations[order].separation for order in orders))
-    hour = min(
-        _largest_separation(goal, order, limits, goal.observation.rows * HOUR / seconds) for order in orders
-    )
-    offers = (
-        [] if after >= SURE else [_offer(goal, motion, remedy, explanations, pair) for remedy in remedies]
-    )
-    return Distinction(
-        (goal.hypotheses[pair[0]].name, goal.hypotheses[pair[1]].name),
-        probability(before),
-        after,
-        _runs(goal, motion, pair),
-        probability(hour),
-        probability(hour) >= SURE,
-        tuple(sorted(offers, key=lambda offer: -offer.probability)),
-    )
+    explanations, distinctions = goal.explanations(motion), []
+    for pair in combinations(range(len(goal.hypotheses)), 2):
+        orders = (pair, pair[::-1])
+        before = min(goal.earlier[order] for order in orders)
+        after = probability(min(goal.earlier[order] + explanations[order].separation for order in orders))
+        rows = goal.observation.rows * HOUR / seconds
+        hour = probability(min(_largest_separation(goal, order, limits, rows) for order in orders))
+        tried = () if after >= SURE else remedies
+        offers = [_offer(goal, motion, remedy, explanations, pair) for remedy in tried]
+        distinctions.append(
+            Distinction(
+                pair=(goal.hypotheses[pair[0]].name, goal.hypotheses[pair[1]].name),
+                probability_before=probability(before),
+                probability_after=after,
+                runs=_runs(goal, motion, pair),
+                probability_hour=hour,
+                possible=hour >= SURE,
+                remedies=tuple(sorted(offers, key=lambda offer: -offer.probability)),
+            )
+        )
+    return distinctions
 
 
 def _offer(

@@ -15,6 +15,7 @@ from ..planning.planner import plan
 from ..planning.wishes import Wishes
 from ..plans.plan import Plan
 from ..trajectory import Trajectory
+from .rests import Workspace
 from .single_joint import single_joint_runs
 from .static_poses import static_poses
 from .sweeps import constant_velocity_sweeps
@@ -35,7 +36,7 @@ Progress = Callable[[str], None]
 """Called with a sentence at each stage."""
 Run = tuple[Trajectory, Sequence[str]]
 """The motion, and sentences on what was left out, and why."""
-Kind = Callable[[Model, Wishes, Limits, Sequence[int], Progress], Run]
+Kind = Callable[[Model, Wishes, Workspace, Sequence[int], Progress], Run]
 
 
 def _joint_progress(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[int], None]:
@@ -47,21 +48,19 @@ def _joint_progress(model: Model, joints: Sequence[int], progress: Progress) -> 
     return begin
 
 
-def sweeps(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Run:
+def sweeps(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
     """Constant-velocity sweeps back and forth, joint by joint: friction curves."""
-    pose = _rest_pose(model, wishes, limits)
+    pose = _rest_pose(model, wishes, space.limits)
     begin = _joint_progress(model, joints, progress)
-    return constant_velocity_sweeps(limits, joints, pose, wishes.tick, wishes.clearances, begin), ()
+    return constant_velocity_sweeps(space, joints, pose, begin), ()
 
 
-def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Run:
+def poses(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
     """Rests at poses approached from both sides: gravity and offsets."""
     run = static_poses(
-        limits,
+        space,
         POSES,
-        wishes.tick,
         model,
-        wishes.clearances,
         wishes.start,
         begin=lambda pose, poses: progress(f"move to pose {pose} of {poses}"),
     )
@@ -69,21 +68,21 @@ def poses(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], p
 
 
 def single_joint(
-    model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress
+    model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress
 ) -> Run:
     """One joint at a time, fast and slow: its dynamics without coupling to the others."""
-    pose = _rest_pose(model, wishes, limits)
+    pose = _rest_pose(model, wishes, space.limits)
     begin = _joint_progress(model, joints, progress)
-    return single_joint_runs(limits, joints, pose, wishes.tick, wishes.clearances, begin), ()
+    return single_joint_runs(space, joints, pose, begin), ()
 
 
-def chirp(model: Model, wishes: Wishes, limits: Limits, joints: Sequence[int], progress: Progress) -> Run:
+def chirp(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
     """A chirp on a calm motion of all joints: elasticity, backlash, delay."""
     calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
     base_wishes = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
     motion = plan(model, base_wishes, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
     progress("add the chirp")
-    return with_chirp(motion, joints, limits, wishes.tick, wishes.clearances), ()
+    return with_chirp(motion, joints, space), ()
 
 
 def _rest_pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
@@ -116,8 +115,9 @@ def by_rule(
         progress: Called with a sentence at each stage.
     """
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    space = Workspace(limits, wishes.tick, wishes.clearances)
     with in_words_of(model.robot):
-        run, notes = KINDS[kind](model, wishes, limits, joints or range(model.robot.dof), progress)
+        run, notes = KINDS[kind](model, wishes, space, joints or range(model.robot.dof), progress)
     return Plan.of(
         run,
         model,

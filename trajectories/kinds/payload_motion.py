@@ -30,6 +30,7 @@ from ..search.experiment import Experiment
 from ..search.goals import Identify
 from ..search.torque_bound import TorqueBound
 from ..trajectory import Trajectory
+from .rests import Workspace
 from .static_poses import static_poses
 
 TOOL, HEAVY = "tool", "heavy"
@@ -101,21 +102,6 @@ class AnyPayload:
         return np.maximum(np.abs(empty), loaded)
 
 
-@dataclass(frozen=True, eq=False)
-class Weigh(Identify):
-    """The goal to identify a payload; torque limits hold for several.
-
-    Attributes:
-        loads: Payload of each run whose torque must keep to the limits.
-    """
-
-    loads: tuple[str, ...] = ("",)
-
-    @property
-    def payloads(self) -> tuple[str, ...]:
-        return self.loads
-
-
 def payload_plan(
     model: Model,
     payloads: AnyPayload,
@@ -146,19 +132,29 @@ def payload_plan(
         Infeasible: No motion keeps to all limits with every payload.
     """
     arm = model if wishes.fit is None else learned(wishes.fit)
+    # one period, so that the motion has low frequencies too, between rests and leads
+    core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
     for number in range(ROUNDS):
         if poses:
             motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
         else:
             try:
-                motion = _searched(
-                    arm, payloads, wishes, starts, seed, seconds / ROUNDS, iterations, progress
-                )
+                [motion] = plan(
+                    arm, replace(wishes, seconds=core, period=wishes.period or core),
+                    goal=weigh_goal(arm, payloads, wishes), starts=starts, seed=seed,
+                    seconds=seconds / ROUNDS, iterations=iterations, progress=progress,
+                )  # fmt: skip
             except Infeasible as error:
                 raise Infeasible(f"{payloads}: {error}. Or try a smaller --up-to or --reach") from error
         share = largest_share(motion.trajectory, arm, payloads, wishes)
         if share <= 1.0:
-            details = {**motion.details, "payload": _words(payloads, share), HEAVIEST: payloads.mass}
+            used = (
+                f"at most {100 * share:.0f} % of a torque limit" if share else "no torque limits are stated"
+            )
+            words = (
+                f"any up to {payloads.mass:g} kg, center within {payloads.reach:g} m of the flange: {used}"
+            )
+            details = {**motion.details, "payload": words, HEAVIEST: payloads.mass}
             return replace(motion, criterion="" if poses else "focus on payload", details=details)
         next_round = (
             f"; searching again with more margin, {number + 2} of {ROUNDS}" if number + 1 < ROUNDS else ""
@@ -171,41 +167,19 @@ def payload_plan(
     )
 
 
-def _words(payloads: AnyPayload, share: float) -> str:
-    limit = f"at most {100 * share:.0f} % of a torque limit" if share > 0.0 else "no torque limits are stated"
-    return f"any up to {payloads.mass:g} kg, center within {payloads.reach:g} m of the flange: {limit}"
+def weigh_goal(model: Model, payloads: AnyPayload, wishes: Wishes) -> Identify:
+    """The goal to identify the payload: friction is unknown, the arm is known.
 
-
-def _searched(
-    model: Model,
-    payloads: AnyPayload,
-    wishes: Wishes,
-    starts: int,
-    seed: int,
-    seconds: float,
-    iterations: int | None,
-    progress: Callable[[str], None],
-) -> Plan:
-    """The optimized motion: one period, so that it has low frequencies too, between rests and leads."""
-    limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
-    core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
-    [motion] = plan(
-        model, replace(wishes, seconds=core, period=wishes.period or core),
-        goal=weigh_goal(model, payloads, wishes, limits),
-        starts=starts, seed=seed, seconds=seconds, iterations=iterations, progress=progress,
-    )  # fmt: skip
-    return motion
-
-
-def weigh_goal(model: Model, payloads: AnyPayload, wishes: Wishes, limits: Limits) -> Weigh:
-    """The goal to identify the payload: friction is unknown, the arm is known."""
+    The torque of the arm without payload and with a heavy one must keep to the limits.
+    """
     friction = tuple(e for e in model.effects if (e.greased or e.guessed) and not e.needs_load)
     typical = {f"{name}{TOOL}": Prior(_size(name, payloads)) for name in INERTIAL}
     unknown = Model(model.robot, (*friction, Payload(TOOL)), typical)
     loaded = model + Payload(HEAVY, payloads.heaviest)
+    limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     experiment = Experiment.of(unknown, (TOOL,), nominal_noise(loaded, limits, HEAVY))
     columns = [k for k, name in enumerate(experiment.base.names) if name.removesuffix("R").endswith(TOOL)]
-    return Weigh(experiment, Focus(tuple(columns)), rows_of(wishes), loaded, loads=("", HEAVY))
+    return Identify(experiment, Focus(tuple(columns)), rows_of(wishes), loaded, ("", HEAVY))
 
 
 def _size(name: str, payloads: AnyPayload) -> float:
@@ -232,8 +206,8 @@ def _poses(model: Model, payloads: AnyPayload, wishes: Wishes, share: float, see
     limits, assumed = usable(model.robot, calm, window, start)
     with in_words_of(model.robot):
         run = static_poses(
-            limits, POSES, wishes.tick, dwell=DWELL, seed=seed, clearances=wishes.clearances,
-            model=Model(model.robot, (Payload(""),)),
+            Workspace(limits, wishes.tick, wishes.clearances), POSES, Model(model.robot, (Payload(""),)),
+            dwell=DWELL, seed=seed,
         )  # fmt: skip
     return Plan.of(
         run.trajectory, model, margins=vars(calm), tick=wishes.tick,

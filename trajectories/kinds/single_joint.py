@@ -11,14 +11,13 @@ import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 
-from ..clearances.clearance import Clearance
 from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence
 from ..limits.brake import stoppable
 from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory, whole_ticks
-from .rests import clear_range, pause
+from .rests import Workspace, joined
 
 FAST = 5
 """The faster of the two harmonics: half as many reversals of the joint, at different positions."""
@@ -41,11 +40,9 @@ LONGER = 1.1
 
 
 def single_joint_runs(
-    limits: Limits,
+    space: Workspace,
     joints: Collection[int],
     pose: np.ndarray,
-    tick: float,
-    clearances: Collection[Clearance] = (),
     begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
     r"""Each joint by itself along :math:`\sin \omega t - \sin(5 \omega t) / 5`, fast and slow.
@@ -53,11 +50,9 @@ def single_joint_runs(
     Position, velocity and acceleration are zero at both ends of a period, so no lead is needed.
 
     Args:
-        limits: Limits, finite except for torque.
+        space: Limits, sampling period and clearances; a joint's excursion shrinks to its clear range.
         joints: Joints that move, counted from 0, in this order.
         pose: Pose at which each joint begins and ends, and the others rest, shape (n,) [rad].
-        tick: Sampling period of the controller [s].
-        clearances: Clearances to keep; a joint's excursion shrinks to its clear range.
         begin: Called with each joint before its motions are made.
 
     Raises:
@@ -66,13 +61,13 @@ def single_joint_runs(
     parts: list[Trajectory] = []
     for joint in joints:
         begin(joint)
-        clear = _within(limits, joint, *clear_range(limits, pose, joint, clearances))
-        fast = _fastest(_wave(clear, pose, joint), clear, tick)
-        slow = replace(fast, period=whole_ticks(SLOW_DOWN * fast.period, tick), periods=1)
-        still = pause(pose, REST, tick)
+        clear = _within(space.limits, joint, *space.clear_range(pose, joint))
+        fast = _fastest(_wave(clear, pose, joint), clear, space.tick)
+        slow = replace(fast, period=whole_ticks(SLOW_DOWN * fast.period, space.tick), periods=1)
+        still = space.pause(pose, REST)
         parts += [still, fast, still, slow]
-    parts.append(pause(pose, REST, tick))
-    return Sequence(tuple(part for part in parts if part.duration > 0.0))
+    parts.append(space.pause(pose, REST))
+    return joined(parts)
 
 
 def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:

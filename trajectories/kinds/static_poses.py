@@ -6,7 +6,7 @@ Friction enters the two with opposite signs: the mean is what holds the arm, and
 friction.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -21,8 +21,7 @@ from ..clearances.clearance import Clearance
 from ..errors import Infeasible, NothingToIdentify
 from ..families.phases import Phases
 from ..families.sequence import Sequence
-from ..trajectory import Trajectory
-from .rests import move_clear, pause, require_clear_pose
+from .rests import Workspace, joined
 
 APPROACH = 0.05
 """Distance over which each joint approaches a pose [rad]: six times the 8 mrad over which friction builds up
@@ -48,11 +47,9 @@ class PoseRun(NamedTuple):
 
 
 def static_poses(
-    limits: Limits,
+    space: Workspace,
     count: int,
-    tick: float,
     model: Model,
-    clearances: Collection[Clearance] = (),
     start: np.ndarray | None = None,
     seed: int = 0,
     dwell: float = DWELL,
@@ -61,11 +58,9 @@ def static_poses(
     """Rests at poses that distinguish gravity and offsets, each visited from below and from above.
 
     Args:
-        limits: Limits, finite except for torque.
+        space: Limits, sampling period, and clearances to keep, at the poses and between them.
         count: Number of poses.
-        tick: Sampling period of the controller [s].
         model: Nominal model, whose parameters the poses excite at rest.
-        clearances: Clearances to keep, at the poses and between them.
         start: Pose to begin and end at, shape (n,) [rad]; the first pose by default.
         seed: Seed of the random positions from which the poses are chosen.
         dwell: Rest at each visit [s]; each pose has two visits.
@@ -75,27 +70,20 @@ def static_poses(
         Infeasible: The start is not clear, or no pose can be reached.
         NothingToIdentify: No parameter of the model acts at rest.
     """
-    candidates = clear_positions(limits, APPROACH, clearances, seed, count)
+    limits = space.limits
+    candidates = clear_positions(limits, APPROACH, space.clearances, seed, count)
     chosen = candidates[informative(candidates, count, limits, model)]
     home = chosen[0] if start is None else start
-    require_clear_pose(home, clearances)
-    router = _Router(limits, tick, tuple(clearances), np.array([home, *chosen]), dwell)
+    space.require_clear_pose(home)
+    router = _Router(space, np.array([home, *chosen]), dwell)
     notes: list[str] = []
-    visits = router.visits(home, _announced(_nearest_first(home, chosen, limits), begin), notes)
+    visits = router.visits(home, _nearest_first(home, chosen, limits), notes, begin)
     return_moves = router.home(visits, home, notes)
     if not visits:
         raise Infeasible(f"none of {count} poses can be reached. {notes[0]}")
     notes += [f"the move to {_words(visit.pose)} takes a detour" for visit in visits if visit.detour]
-    moves: list[Trajectory] = [*(part for visit in visits for part in visit.parts), *return_moves]
-    run = Sequence(tuple(part for part in moves if part.duration > 0.0))
+    run = joined([*(part for visit in visits for part in visit.parts), *return_moves])
     return PoseRun(run, np.array([visit.pose for visit in visits]), tuple(notes))
-
-
-def _announced(poses: list[np.ndarray], begin: Callable[[int, int], None]) -> Iterator[np.ndarray]:
-    """The poses one by one, each announced to `begin` first."""
-    for number, pose in enumerate(poses, 1):
-        begin(number, len(poses))
-        yield pose
 
 
 class _Visit(NamedTuple):
@@ -109,38 +97,43 @@ class _Visit(NamedTuple):
 class _Router(NamedTuple):
     """Finds contact-free moves between rests; `waypoints` are the poses of detours, shape (k, n) [rad]."""
 
-    limits: Limits
-    tick: float
-    clearances: tuple[Clearance, ...]
+    space: Workspace
     waypoints: np.ndarray
     dwell: float
 
     def between(self, start: np.ndarray, target: np.ndarray) -> list[Phases]:
         """The direct move, or two moves through a waypoint; raises Infeasible if all tried moves collide."""
         try:
-            return [self._straight(start, target)]
+            return [self.space.move_clear(start, target)]
         except Infeasible:
-            cost = _time(self.limits, start - self.waypoints) + _time(self.limits, self.waypoints - target)
+            limits = self.space.limits
+            cost = _time(limits, start - self.waypoints) + _time(limits, self.waypoints - target)
             for index in np.argsort(cost)[:DETOURS]:
                 middle = self.waypoints[index]
                 try:
-                    return [self._straight(start, middle), self._straight(middle, target)]
+                    return [self.space.move_clear(start, middle), self.space.move_clear(middle, target)]
                 except Infeasible:
                     continue
             raise
 
     def visit(self, start: np.ndarray, pose: np.ndarray) -> _Visit:
         """Approach a pose from below, rest, approach it from above, rest."""
-        still = pause(pose, self.dwell, self.tick)
+        still = self.space.pause(pose, self.dwell)
         there = self.between(start, pose - APPROACH)
-        from_below = self._straight(pose - APPROACH, pose)
-        away, from_above = self._straight(pose, pose + APPROACH), self._straight(pose + APPROACH, pose)
+        from_below = self.space.move_clear(pose - APPROACH, pose)
+        away, from_above = (
+            self.space.move_clear(pose, pose + APPROACH),
+            self.space.move_clear(pose + APPROACH, pose),
+        )
         return _Visit(pose, [*there, from_below, still, away, from_above, still], len(there) > 1)
 
-    def visits(self, at: np.ndarray, poses: Iterable[np.ndarray], notes: list[str]) -> list[_Visit]:
+    def visits(
+        self, at: np.ndarray, poses: list[np.ndarray], notes: list[str], begin: Callable[[int, int], None]
+    ) -> list[_Visit]:
         """Visits to all reachable poses, in their order; the others are added to the notes."""
         visits = []
-        for pose in poses:
+        for number, pose in enumerate(poses, 1):
+            begin(number, len(poses))
             try:
                 visits.append(self.visit(at, pose))
                 at = pose
@@ -156,9 +149,6 @@ class _Router(NamedTuple):
             except Infeasible as error:
                 notes.append(f"{_words(visits.pop().pose)} was left out; on the way home: {error}")
         return []
-
-    def _straight(self, start: np.ndarray, target: np.ndarray) -> Phases:
-        return move_clear(start, target, self.limits, self.tick, self.clearances)
 
 
 def _nearest_first(home: np.ndarray, poses: np.ndarray, limits: Limits) -> list[np.ndarray]:

@@ -5,14 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identification.arm.robot import Limits
-
-from ..clearances.clearance import Clearance
 from ..errors import Infeasible
 from ..families.phases import Phases
 from ..families.sequence import Sequence
 from ..trajectory import PART_OF_TICK, State, Trajectory, whole_ticks
-from .rests import clear_range, move_clear, pause
+from .rests import Workspace, joined
 
 SLOWEST, FASTEST = 0.01, 0.6
 """Shares of the velocity limit. A hundredth, about 0.02 rad/s, is below the Stribeck velocity (0.1 rad/s,
@@ -30,11 +27,9 @@ REST = 0.5
 
 
 def constant_velocity_sweeps(
-    limits: Limits,
+    space: Workspace,
     joints: Collection[int],
     pose: np.ndarray,
-    tick: float,
-    clearances: Collection[Clearance] = (),
     begin: Callable[[int], None] = lambda joint: None,
 ) -> Sequence:
     """Sweep joints in turn, forward and backward, at six velocities, from rest to rest at a pose.
@@ -44,11 +39,9 @@ def constant_velocity_sweeps(
     range is too short to cruise for a second.
 
     Args:
-        limits: Limits, finite except for torque.
+        space: Limits, sampling period and clearances; a joint's range shrinks to its clear range.
         joints: Joints that sweep, counted from 0.
         pose: Pose of the joints that do not sweep, shape (n,) [rad].
-        tick: Sampling period of the controller [s].
-        clearances: Clearances to keep; a joint's range shrinks to its clear range.
         begin: Called with each joint before its sweeps are made, as collision checks take time.
 
     Raises:
@@ -57,10 +50,10 @@ def constant_velocity_sweeps(
     parts: list[Trajectory] = []
     for joint in joints:
         begin(joint)
-        room = clear_range(limits, pose, joint, clearances)
-        passes = [_pass(limits, room, pose, joint, v, tick) for v in _speeds(limits, room, joint, tick)]
-        parts += _joined(pose, joint, passes, limits, tick)
-    return Sequence(tuple(part for part in parts if part.duration > 0.0))
+        room = space.clear_range(pose, joint)
+        passes = [_pass(space, room, pose, joint, v) for v in _speeds(space, room, joint)]
+        parts += _joined(space, pose, joint, passes)
+    return joined(parts)
 
 
 class _Pass(NamedTuple):
@@ -95,12 +88,13 @@ class _Pass(NamedTuple):
         return Phases.of_jerks(State.at_rest(start), np.array([*up, self.cruise, *up]), jerks)
 
 
-def _speed_up(limits: Limits, joint: int, velocity: float, tick: float) -> tuple[float, float]:
+def _speed_up(space: Workspace, joint: int, velocity: float) -> tuple[float, float]:
     """Times to build up and to hold the acceleration, such that every switch falls on a sample [s].
 
     This is not the fastest speed-up: one that ended between two samples would spoil a sample of the cruise,
     and Ruckig swings back first if it must end on a sample after a fixed distance.
     """
+    limits, tick = space.limits, space.tick
     most = min(limits.acceleration[joint], -limits.acceleration_lower[joint])
     jerk = float(limits.jerk[joint])
     build_up = whole_ticks(min(most / jerk, np.sqrt(velocity / jerk)), tick)
@@ -109,26 +103,22 @@ def _speed_up(limits: Limits, joint: int, velocity: float, tick: float) -> tuple
 
 
 def _pass(
-    limits: Limits, room: tuple[float, float], pose: np.ndarray, joint: int, velocity: float, tick: float
+    space: Workspace, room: tuple[float, float], pose: np.ndarray, joint: int, velocity: float
 ) -> _Pass:
     """A pass within the range `room`, centered on the pose as far as the range allows."""
-    build_up, hold = _speed_up(limits, joint, velocity, tick)
+    build_up, hold = _speed_up(space, joint, velocity)
     available = (room[1] - room[0]) / velocity - (2 * build_up + hold)
-    cruise = float(np.floor(min(available, LONGEST) / tick + PART_OF_TICK) * tick)
+    cruise = float(np.floor(min(available, LONGEST) / space.tick + PART_OF_TICK) * space.tick)
     sweep = _Pass(0.0, velocity, build_up, hold, cruise)
     begin = min(max(pose[joint] - sweep.travel / 2, room[0]), room[1] - sweep.travel)
     return sweep._replace(begin=max(float(begin), room[0]))
 
 
-def _speeds(limits: Limits, room: tuple[float, float], joint: int, tick: float) -> list[float]:
-    """Velocities at which a joint can sweep the range `room` [rad/s].
-
-    Raises:
-        Infeasible: There is no room to cruise.
-    """
-    full = min(limits.velocity[joint], -limits.velocity_lower[joint])
+def _speeds(space: Workspace, room: tuple[float, float], joint: int) -> list[float]:
+    """Velocities at which a joint can sweep the range `room` [rad/s]; raises `Infeasible` without any."""
+    full = min(space.limits.velocity[joint], -space.limits.velocity_lower[joint])
     candidates = full * np.geomspace(FASTEST, SLOWEST, 100)
-    travel = [_Pass(0.0, v, *_speed_up(limits, joint, v, tick), CRUISE).travel for v in candidates]
+    travel = [_Pass(0.0, v, *_speed_up(space, joint, v), CRUISE).travel for v in candidates]
     fits = candidates[np.array(travel) <= room[1] - room[0]]
     if len(fits) == 0:
         raise Infeasible(
@@ -138,9 +128,7 @@ def _speeds(limits: Limits, room: tuple[float, float], joint: int, tick: float) 
     return [float(speed) for speed in np.geomspace(candidates[-1], fits[0], SPEEDS)]
 
 
-def _joined(
-    pose: np.ndarray, joint: int, passes: Iterable[_Pass], limits: Limits, tick: float
-) -> list[Trajectory]:
+def _joined(space: Workspace, pose: np.ndarray, joint: int, passes: Iterable[_Pass]) -> list[Trajectory]:
     """Passes of one joint from rest to rest at a pose; the joint stays in its clear range."""
     parts: list[Trajectory] = []
     at = pose
@@ -148,10 +136,10 @@ def _joined(
         begin, end = pose.copy(), pose.copy()
         begin[joint], end[joint] = sweep.begin, sweep.begin + sweep.travel
         parts += [
-            move_clear(at, begin, limits, tick),
-            pause(begin, REST, tick),
+            space.move(at, begin),
+            space.pause(begin, REST),
             sweep.phases(pose, joint, True),
         ]
-        parts += [pause(end, REST, tick), sweep.phases(pose, joint, False)]
+        parts += [space.pause(end, REST), sweep.phases(pose, joint, False)]
         at = begin
-    return [*parts, move_clear(at, pose, limits, tick)]
+    return [*parts, space.move(at, pose)]

@@ -6,13 +6,12 @@ import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 
-from ..clearances.clearance import Clearance
 from ..errors import BadLimits, Infeasible
 from ..families.chirp import Chirp
 from ..limits.brake import stoppable
 from ..limits.usable_limits import ranges
 from ..trajectory import Trajectory
-from .rests import require_clear
+from .rests import Workspace
 
 LOW = 1.0
 """Lowest frequency of a chirp [Hz]: half an octave above the frequencies of identification runs."""
@@ -34,13 +33,7 @@ SMALLER = 0.8
 """Factor by which the amplitude shrinks until every stop ends inside the limits and there is no contact."""
 
 
-def with_chirp(
-    base: Trajectory,
-    joints: Collection[int],
-    limits: Limits,
-    tick: float,
-    clearances: Collection[Clearance] = (),
-) -> Chirp:
+def with_chirp(base: Trajectory, joints: Collection[int], space: Workspace) -> Chirp:
     """A motion with a chirp from beginning to end; the chirp is zero at both ends.
 
     It rises to 20 Hz, or less if a period would have fewer than six samples or the limits would leave too
@@ -49,29 +42,28 @@ def with_chirp(
     Args:
         base: Motion under the chirp, such as rest at a pose, `Phases.hold`; ten seconds are a good duration.
         joints: Joints with a chirp, counted from 0.
-        limits: Limits, finite except for torque.
-        tick: Sampling period of the controller [s].
-        clearances: Clearances to keep; the amplitude shrinks until they are kept.
+        space: Limits, sampling period and clearances; the amplitude shrinks until they are kept.
 
     Raises:
         BadLimits: The sampling period is too long for a chirp.
         Infeasible: The base motion leaves no room, collides or cannot be stopped, or the amplitude is too
             small to measure.
     """
-    require_clear("the motion under the chirp", base, clearances)
+    space.require_clear("the motion under the chirp", base)
+    tick = space.tick
     highest = min(HIGH, 1.0 / (SAMPLES * tick))
     if not LOW < highest:
         raise BadLimits(
             f"the chirp goes from {LOW:g} to {highest:g} Hz; it must rise, and a sampling period of {tick:g} "
             f"s allows up to {highest:.4g} Hz, {SAMPLES} samples per period. Try a shorter sampling period"
         )
-    largest = SHARE * _room(base, tuple(joints), limits)
+    largest = SHARE * _room(base, tuple(joints), space.limits)
     while True:
         # envelope, rising frequency and falling amplitude reach more than a plain sine
         trial = Chirp(base, tuple(joints), largest, LOW, highest, 0.0, base.duration, 1.0 / LOW)
         chirp = trial.scaled(1.0 / max(1.0, float(np.max(trial.reached / largest))))
         try:
-            return _safe(chirp, limits, tick, clearances)
+            return _safe(chirp, space)
         except Infeasible:
             highest *= SMALLER
             if highest < LEAST * LOW:
@@ -95,12 +87,12 @@ def _room(base: Trajectory, joints: tuple[int, ...], limits: Limits) -> np.ndarr
     return room
 
 
-def _safe(chirp: Chirp, limits: Limits, tick: float, clearances: Collection[Clearance]) -> Chirp:
+def _safe(chirp: Chirp, space: Workspace) -> Chirp:
     """The chirp, scaled down until every stop ends inside the limits and there is no contact."""
     while True:
         _require_measurable(chirp)
-        clear = all(clearance.worst(chirp).allowed for clearance in clearances)
-        if clear and np.all(stoppable(chirp.every(tick), limits)):
+        clear = all(clearance.worst(chirp).allowed for clearance in space.clearances)
+        if clear and np.all(stoppable(chirp.every(space.tick), space.limits)):
             return chirp
         chirp = chirp.scaled(SMALLER)
 

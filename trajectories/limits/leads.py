@@ -1,7 +1,5 @@
 """Leads: moves from rest into a motion, and from its end back to rest, by Ruckig."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from exidyn.identification.arm.robot import Limits
@@ -40,8 +38,9 @@ def with_leads(
         leads = _leads(first, last, np.asarray(start, float), limits, tick)
     else:
         leads = _first_possible(first, last, limits, tick)
-    still = Phases.hold(leads.start, whole_ticks(rest, tick))
-    return Sequence((still, leads.into, core, leads.out, still))
+    into, out = leads
+    still = Phases.hold(into.position[0], whole_ticks(rest, tick))
+    return Sequence((still, into, core, out, still))
 
 
 def lead_in(measured: State, trajectory: Trajectory, limits: Limits, tick: float) -> Phases:
@@ -58,23 +57,18 @@ def lead_in(measured: State, trajectory: Trajectory, limits: Limits, tick: float
     return lead
 
 
-class _Leads(NamedTuple):
+def _leads(
+    first: State, last: State, start: np.ndarray, limits: Limits, tick: float
+) -> tuple[Phases, Phases]:
     """Moves from rest at a pose into a core, and from its end back to that pose."""
-
-    start: np.ndarray
-    into: Phases
-    out: Phases
-
-
-def _leads(first: State, last: State, start: np.ndarray, limits: Limits, tick: float) -> _Leads:
     rest = State.at_rest(start)
-    leads = _Leads(start, move(rest, first, limits, tick), move(last, rest, limits, tick))
-    _require_inside("lead-in", leads.into, limits, tick)
-    _require_inside("lead-out", leads.out, limits, tick)
-    return leads
+    into, out = move(rest, first, limits, tick), move(last, rest, limits, tick)
+    _require_inside("lead-in", into, limits, tick)
+    _require_inside("lead-out", out, limits, tick)
+    return into, out
 
 
-def _first_possible(first: State, last: State, limits: Limits, tick: float) -> _Leads:
+def _first_possible(first: State, last: State, limits: Limits, tick: float) -> tuple[Phases, Phases]:
     """Leads from the first pose from which they are feasible.
 
     The first candidate is the pose from which every joint speeds up in one go, then the first position of the

@@ -117,11 +117,7 @@ def ranges(limits: Limits) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def require_movable(limits: Limits) -> None:
-    """Raise unless the limits let every joint move; infinite limits do.
-
-    Raises:
-        BadLimits: A limit is zero, NaN or of the wrong sign, or a lower position limit not below the upper.
-    """
+    """Raise `BadLimits` for a limit of zero, NaN or the wrong sign, or position limits in the wrong order."""
     shapes = {name: np.shape(value) for name, value in vars(limits).items()}
     if set(shapes.values()) != {np.shape(limits.velocity)} or np.ndim(limits.velocity) != 1:
         raise BadLimits(f"limits of different shapes: {shapes}; expected one value per joint for each")
@@ -147,11 +143,7 @@ def require_movable(limits: Limits) -> None:
 
 
 def require_jerk(limits: Limits) -> None:
-    """Raise as `require_movable` does, or if a jerk limit is infinite: drive accelerations must not jump.
-
-    Raises:
-        BadLimits: A jerk limit is infinite, or a limit lets no joint move.
-    """
+    """Raise `BadLimits` as `require_movable`, and for infinite jerk: drive accelerations must not jump."""
     require_movable(limits)
     for joint in np.flatnonzero(~np.isfinite(limits.jerk)):
         raise BadLimits(
@@ -161,11 +153,7 @@ def require_jerk(limits: Limits) -> None:
 
 
 def require_tick(tick: float) -> None:
-    """Raise unless the sampling period of the controller [s] is above 0 and finite.
-
-    Raises:
-        BadLimits: The sampling period is 0 or less, infinite or NaN.
-    """
+    """Raise `BadLimits` unless the sampling period of the controller [s] is above 0 and finite."""
     if not 0.0 < tick < np.inf:
         raise BadLimits(
             f"the sampling period is {tick:g} s; it must be above 0 and finite. Try the cycle time of the "

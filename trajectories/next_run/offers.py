@@ -79,23 +79,20 @@ class Offer:
         return self.motion + self.setup
 
 
-def kinds_of_run(model: Model, wishes: Wishes, said: Callable[[str], None]) -> Iterator[Planned]:
-    """A run of all joints of each rule-based kind; kinds that the arm cannot run are skipped and reported."""
-    for kind in KINDS:
-        try:
-            yield f"a run of the kind {kind}", by_rule(kind, model, wishes)
-        except ExidynError as error:
-            said(f"no run of the kind {kind}: {error}")
-
-
-def kinds_of_joint(
-    model: Model, wishes: Wishes, joint: int, said: Callable[[str], None]
+def kinds_of_run(
+    model: Model, wishes: Wishes, said: Callable[[str], None], joint: int | None = None
 ) -> Iterator[Planned]:
-    """Runs of one joint alone, of the kinds in which joints move one after the other."""
-    for kind in ONE_BY_ONE:
+    """A run of each rule-based kind, of all joints, or of one in kinds in which joints move one by one.
+
+    Kinds that the arm cannot run are skipped and reported.
+    """
+    whose = "a run" if joint is None else f"a run of {model.robot.joints[joint]} alone,"
+    for kind in KINDS if joint is None else ONE_BY_ONE:
         try:
-            words = f"a run of {model.robot.joints[joint]} alone, of the kind {kind}"
-            yield words, by_rule(kind, model, wishes, [joint])
+            yield (
+                f"{whose} of the kind {kind}",
+                by_rule(kind, model, wishes, () if joint is None else (joint,)),
+            )
         except ExidynError as error:
             said(f"no run of the kind {kind}: {error}")
 

@@ -53,7 +53,8 @@ def _criterion(experiment: Experiment, wishes: Wishes, default: str) -> Criterio
     if not wishes.in_focus:
         return CRITERIA[wishes.criterion or default]
     names, robot = experiment.base.names, experiment.model.robot
-    return Focus.on(names, wanted_names(wishes.in_focus, names, robot.joints, experiment.payloads))
+    wanted = tuple(wanted_names(wishes.in_focus, names, robot.joints, experiment.payloads))
+    return Focus(tuple(k for k, name in enumerate(names) if name.startswith(wanted)))
 
 
 def nominal_noise(model: Model, limits: Limits, payload: str = "") -> np.ndarray:

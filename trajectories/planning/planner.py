@@ -10,7 +10,7 @@ from exidyn.identification.arm.robot import Limits
 from exidyn.identification.model import Model
 from exidyn.identification.text_table import digits
 
-from ..clearances.clearance import Clearance, nearest_words
+from ..clearances.clearance import nearest_words
 from ..errors import Infeasible, in_words_of
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence as Run
@@ -50,12 +50,13 @@ def plan(
         model: Nominal model of the arm.
         wishes: Planning options.
         goal: Goal other than to identify the model, such as to distinguish two models.
-        starts: Number of starts of the search.
+        starts: Maximum number of random starts, with seeds `seed`, `seed` + 1 and so on.
         seed: Seed of the first start.
-        seconds: Duration of the search [s].
-        iterations: Iterations of each start, which replace the duration and make the plan repeatable.
-        executor: Executor of the starts.
-        progress: Called with sentences on the progress.
+        seconds: Duration of the search [s], without the startup of its processes.
+        iterations: Iterations of each start. They replace `seconds`: the plan then does not depend on the
+            speed, the load or the number of cores of the computer.
+        executor: Executor of the starts; a pool of processes by default.
+        progress: Called with a sentence when a start ends, and occasionally while they run.
 
     Raises:
         BadLimits: Limits are missing, or no joint can move within them.
@@ -115,16 +116,7 @@ def _plan(
 ) -> Plan:
     """Plan of one trajectory with rests and leads."""
     bound = TorqueBound(goal.model, limits.torque, goal.payloads, goal.spread)
-    run = whole_run(
-        series,
-        limits,
-        wishes.tick,
-        repeats=periods_in(wishes.seconds, series.period),
-        start=wishes.start,
-        rest=wishes.rest,
-        clearances=wishes.clearances,
-        torques=[bound.of(payload) for payload in goal.payloads],
-    )
+    run = whole_run(series, limits, wishes, [bound.of(payload) for payload in goal.payloads])
     return Plan.of(
         run,
         model,
@@ -208,40 +200,32 @@ information, so half; less if the drives are too weak, and all if the distance i
 def whole_run(
     series: Fourier,
     limits: Limits,
-    tick: float,
-    *,
-    repeats: int = 1,
-    start: np.ndarray | None = None,
-    rest: float = 1.0,
-    clearances: Sequence[Clearance] = (),
+    wishes: Wishes,
     torques: Sequence[Callable[[States], np.ndarray]] = (),
 ) -> Run:
-    """Rest, lead-in, `repeats` periods, lead-out, rest, with the shortest leads that keep to all limits.
+    """Rest, lead-in, whole periods, lead-out, rest, with the shortest leads that keep to all limits.
 
     Args:
         series: Series whose period is a whole number of sampling periods.
         limits: Limits of the series and the leads.
-        tick: Sampling period of the controller [s].
-        repeats: Number of periods.
-        start: Pose of the rests, shape (n,) [rad]; chosen by default.
-        rest: Duration of each rest [s].
-        clearances: Collisions and regions.
+        wishes: Planning options; `seconds` is the least duration of the periods together.
         torques: Function from states to the torque of each run, for the check.
 
     Raises:
         Infeasible: No phase of the period has feasible leads.
     """
-    reason = "no phase was tried"
+    reason, tick = "no phase was tried", wishes.tick
+    repeats = periods_in(wishes.seconds, series.period)
     for share in SHARES:
         runs: list[Run] = []
         for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)):
             core = replace(series.shifted(float(shift * tick)), periods=repeats)
             try:
-                runs.append(with_leads(core, _gentler(limits, core, share), tick, start, rest))
+                runs.append(with_leads(core, _gentler(limits, core, share), tick, wishes.start, wishes.rest))
             except Infeasible as error:
                 reason = str(error)
         for run in sorted(runs, key=lambda run: run.duration)[:TRIED]:
-            reason = _why_not(run, limits, tick, clearances, torques)
+            reason = _why_not(run, limits, wishes, torques)
             if not reason:
                 return run
     raise Infeasible(f"no lead into the motion keeps to the limits: {reason}")
@@ -261,18 +245,14 @@ def _gentler(limits: Limits, core: Fourier, share: float) -> Limits:
 
 
 def _why_not(
-    run: Run,
-    limits: Limits,
-    tick: float,
-    clearances: Sequence[Clearance],
-    torques: Sequence[Callable[[States], np.ndarray]],
+    run: Run, limits: Limits, wishes: Wishes, torques: Sequence[Callable[[States], np.ndarray]]
 ) -> str:
     """The first violation of a run in words; empty if there is none."""
     names = [f"joint {joint + 1}" for joint in range(run.dof)]
     for torque in torques or (None,):
-        for violation in check(run, limits, tick, torque):
+        for violation in check(run, limits, wishes.tick, torque):
             return violation.sentence(names)
-    for clearance in clearances:
+    for clearance in wishes.clearances:
         nearest = clearance.worst(run)
         if not nearest.allowed:
             return f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s"

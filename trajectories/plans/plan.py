@@ -1,7 +1,7 @@
 """Plan: a trajectory with its robot, limits and criterion."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -129,22 +129,22 @@ def robot_differences(plan: Plan, robot: Robot) -> list[str]:
         return [f"the plan states units {', '.join(plan.units)}; {robot.name} has {', '.join(units)}"]
     if plan.robot_hash == robot_hash(robot):
         return []
-    return _limit_differences(plan, robot) or [
+    differences = [
+        f"limit {name} of {joint} is {current:g}; it was {planned:g} when the plan was made"
+        for name, joint, planned, current in differing_limits(plan, robot)
+    ]
+    return differences or [
         f"{robot.name} has another geometry than {plan.robot}, for which the plan was made "
         f"(hash {robot_hash(robot)}, planned {plan.robot_hash})"
     ]
 
 
-def _limit_differences(plan: Plan, robot: Robot) -> list[str]:
-    differences = []
-    for name in (f.name for f in fields(Limits)):
-        planned, current = getattr(plan.limits, name), getattr(robot.limits, name)
+def differing_limits(plan: Plan, robot: Robot) -> Iterator[tuple[str, str, float, float]]:
+    """Name and joint of each limit that differs, with the values of plan and robot."""
+    for name, planned in vars(plan.limits).items():
+        current = getattr(robot.limits, name)
         for place in np.flatnonzero(planned != current):
-            differences.append(
-                f"limit {name} of {robot.joints[place]} is {current[place]:g}; "
-                f"it was {planned[place]:g} when the plan was made"
-            )
-    return differences
+            yield name, robot.joints[place], float(planned[place]), float(current[place])
 
 
 def model_differences(plan: Plan, model: Model) -> list[str]:

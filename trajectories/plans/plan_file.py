@@ -55,11 +55,7 @@ def write_plan(plan: Plan, path: Path | str) -> None:
 
 
 def read_plan(path: Path | str) -> Plan:
-    """Plan from a trajectory file.
-
-    Raises:
-        NotATrajectory: The file is missing, truncated, of a later version, or wrong; the message says where.
-    """
+    """Plan from a trajectory file; raises `NotATrajectory` if it is missing, truncated, too new or wrong."""
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -179,11 +175,7 @@ def _check_kind(table: Mapping[str, Any]) -> None:
 
 
 def _unchanged(text: str) -> bool:
-    """Whether a text has its checksum; a text without one was written or edited by hand.
-
-    Raises:
-        NotATrajectory: The text differs from what was written.
-    """
+    """Whether a text has a checksum; raises `NotATrajectory` if that is the checksum of another text."""
     match = CHECKSUM.search(text)
     if match is None:
         return False

@@ -8,7 +8,7 @@ from exidyn.identification.arm.robot import Limits, Robot
 
 from ..errors import BadLimits
 from ..limits.usable_limits import require_movable
-from .plan import Plan, robot_hash
+from .plan import Plan, differing_limits, robot_hash
 
 SOME = 3
 """Maximum number of limits named in a sentence; a file with all limits changed would name 48."""
@@ -56,7 +56,7 @@ def file_warnings(plan: Plan, robot: Robot | None = None) -> list[str]:
     warnings = [f"{EDITED}. {CHECKED_ANEW if robot else NAME_ROBOT}"] if plan.edited else []
     if robot is None:
         return warnings
-    if wider := _differences(plan, robot, plan.limits):
+    if wider := _differences(plan, robot, wider=True):
         warnings.append(
             f"limits in the plan's file exceed those of {robot.name}, which are used: {some(wider)}"
         )
@@ -70,24 +70,21 @@ def file_warnings(plan: Plan, robot: Robot | None = None) -> list[str]:
 
 def narrowed(plan: Plan, robot: Robot) -> list[str]:
     """Descriptions of limits in the plan's file that are narrower than those of its robot."""
-    return _differences(plan, robot, robot.limits)
+    return _differences(plan, robot, wider=False)
 
 
-def _differences(plan: Plan, robot: Robot, limits: Limits) -> list[str]:
-    """Descriptions of limits that are wider than the narrower of plan and robot, with both values.
+def _differences(plan: Plan, robot: Robot, wider: bool) -> list[str]:
+    """Descriptions of limits in the plan's file that are wider, or narrower, than the robot's.
 
     The result is empty for another robot than the one planned for, for which `robot_differences` names them.
     """
     if plan.robot_hash != robot_hash(robot):
         return []
-    narrow = tightest(plan.limits, robot.limits)
-    sentences = []
-    for name in (f.name for f in fields(Limits)):
-        planned, current = getattr(plan.limits, name), getattr(robot.limits, name)
-        for joint in np.flatnonzero(getattr(limits, name) != getattr(narrow, name)):
-            values = f"{planned[joint]:g}, robot {current[joint]:g}"
-            sentences.append(f"{name} of {robot.joints[joint]} ({values})")
-    return sentences
+    return [
+        f"{name} of {joint} ({planned:g}, robot {current:g})"
+        for name, joint, planned, current in differing_limits(plan, robot)
+        if (planned < current if name.endswith("_lower") else planned > current) == wider
+    ]
 
 
 def some(sentences: list[str]) -> str:

@@ -42,11 +42,7 @@ def family_words(trajectory: Trajectory) -> str:
 
 
 def trajectory_blocks(trajectory: Trajectory, place: str, heading: str = "[{}]") -> list[str]:
-    """TOML of a trajectory, followed by that of its parts.
-
-    Raises:
-        UnknownChoice: The trajectory belongs to no family in the table.
-    """
+    """TOML of a trajectory, then of its parts; raises `UnknownChoice` if it is of no family in the table."""
     flat: dict[str, Any] = {FAMILY: _family_of(trajectory)}
     inner: list[str] = []
     for name, value in _values(trajectory).items():

@@ -5,13 +5,11 @@ priors, and criteria do not depend on its origin. A criterion is a function of M
 parameter, shape (b,), that returns its value and its symmetric derivative by M.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
-
-from ..errors import UnknownChoice
 
 Criterion = Callable[[np.ndarray, np.ndarray], tuple[float, np.ndarray]]
 
@@ -83,18 +81,6 @@ class Focus:
     """
 
     columns: tuple[int, ...]
-
-    @classmethod
-    def on(cls, names: Sequence[str], wanted: Sequence[str]) -> "Focus":
-        """Focus on base parameters among `names`; a wanted name selects all that begin with it.
-
-        Raises:
-            UnknownChoice: No base parameter begins with a wanted name.
-        """
-        for beginning in wanted:
-            if not any(name.startswith(beginning) for name in names):
-                raise UnknownChoice("base parameter", beginning, names)
-        return cls(tuple(k for k, name in enumerate(names) if name.startswith(tuple(wanted))))
 
     def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivative by the information matrix."""

@@ -33,19 +33,7 @@ def excite(
     executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SearchResult:
-    """The best result of several starts.
-
-    Args:
-        goal: Goal of the trajectory.
-        setting: Limits, harmonics, period.
-        starts: Maximum number of random starts, with seeds `seed`, `seed` + 1 and so on; they take the
-            periods in turn, the first of them twice.
-        seed: Seed of the first start.
-        seconds: Duration of the search [s], without the startup of its processes.
-        iterations: Iterations of each start. They replace `seconds`: the result then does not depend on the
-            speed, the load or the number of cores of the computer.
-        executor: Executor of the starts; a pool of processes by default.
-        progress: Called with a sentence when a start ends, and occasionally while they run.
+    """The best result of several starts, with the options of `plan`.
 
     Raises:
         BadLimits: The number of starts or iterations or the duration is not positive, or the seed is

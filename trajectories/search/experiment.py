@@ -113,20 +113,16 @@ class Experiment:
     def _last(self) -> dict[str, Any]:
         return {}
 
-    def gathered(self, columns: Sequence[np.ndarray], share: float) -> np.ndarray:
-        """Information after runs with these columns, shape (b, b), each sample counted `share` times."""
-        return self.known + share * sum(_gram(run) for run in columns)
-
     def information(self, motion: Motion, share: float = 1.0) -> np.ndarray:
         """Information after runs of a motion, shape (b, b), each sample counted `share` times."""
-        return self.gathered(self.columns(motion), share)
+        rows = [run.reshape(-1, run.shape[2]) for run in self.columns(motion)]
+        return self.known + share * sum(run.T @ run for run in rows)
 
-    def pull(
-        self, motion: Motion, columns: Sequence[np.ndarray], by: np.ndarray, share: float
-    ) -> MotionGradient:
+    def pull(self, motion: Motion, by: np.ndarray, share: float) -> MotionGradient:
         """Gradient of a function of the information by the motion, from its derivative `by` it, (b, b)."""
         total, rows = MotionGradient.none(motion.position.shape), whitening(self.model, self.noise)
-        for run, seen in zip(loaded_runs(self.model, motion, self.payloads), columns, strict=True):
+        runs = loaded_runs(self.model, motion, self.payloads)
+        for run, seen in zip(runs, self.columns(motion), strict=True):
             weights = np.zeros((*motion.position.shape, len(self.model.names)))
             weights[:, :, self.base.kept] = 2.0 * share * rows.T @ (seen @ by)
             total = total + self.model.motion_gradient(run, weights)
@@ -144,8 +140,3 @@ def whitening(model: Model, noise: np.ndarray) -> np.ndarray:
     For a coupled wrist, the torque of a drive is a mixture of joint torques.
     """
     return model.robot.to_motors / noise[:, None]
-
-
-def _gram(columns: np.ndarray) -> np.ndarray:
-    rows = columns.reshape(-1, columns.shape[2])
-    return rows.T @ rows

@@ -1,9 +1,10 @@
 """Goals of a trajectory, each as a sequence of objectives that approximate it increasingly well."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Protocol
+from typing import Self
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from .torque_spread import TorqueSpread
 from .unknowns import design_model
 
 
-class Objective(Protocol):
+class Objective(ABC):
     """A function of a motion to minimize.
 
     Attributes:
@@ -28,6 +29,7 @@ class Objective(Protocol):
 
     smooth: bool = True
 
+    @abstractmethod
     def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         """The value, and a function that computes its gradient by the motion, which a line search omits."""
 
@@ -58,10 +60,8 @@ class Informative(Objective):
 
     def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         share = self.rows / len(motion)
-        columns = self.experiment.columns(motion)
-        information = self.experiment.gathered(columns, share)
-        value, by = self.criterion(information, self.size)
-        return value, lambda: self.experiment.pull(motion, columns, by, share)
+        value, by = self.criterion(self.experiment.information(motion, share), self.size)
+        return value, lambda: self.experiment.pull(motion, by, share)
 
 
 LADDER: dict[Criterion, tuple[Criterion, ...]] = {
@@ -77,39 +77,48 @@ FAIR = 0.1**0.5
 tenth of the information, so that its parameter alone would need ten times the recording."""
 
 
-class Goal(Protocol):
-    """The goal of a trajectory."""
+@dataclass(frozen=True, eq=False)
+class Goal(ABC):
+    """The goal of a trajectory.
+
+    Attributes:
+        spread: Uncertainty of the arm's torque, for which the torque limits leave room; None for none.
+    """
+
+    spread: TorqueSpread | None = field(default=None, kw_only=True)
+
+    def with_spread(self, spread: TorqueSpread | None) -> Self:
+        """This goal with another spread of torque."""
+        return replace(self, spread=spread)
 
     @property
+    @abstractmethod
     def model(self) -> Model:
-        """Nominal model, for its torque."""
+        """Nominal model, whose torque must keep to the limits."""
 
     @property
+    @abstractmethod
     def payloads(self) -> Sequence[str]:
         """Payload in each run of the motion."""
 
-    @property
-    def spread(self) -> TorqueSpread | None:
-        """Uncertainty of the arm's torque, for which the torque limits leave room; None for none."""
-
-    def with_spread(self, spread: TorqueSpread | None) -> "Goal":
-        """This goal with another spread of torque."""
-
+    @abstractmethod
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         """Objectives for samples that are `spacing` apart [s]; the last is the goal itself.
 
         A spacing of 0 leaves friction as sharp as in the model.
         """
 
+    @abstractmethod
     def reached(self, value: float) -> float:
         """Value of the last objective as a condition number, relative standard deviation or probability."""
 
+    @abstractmethod
     def words(self, value: float) -> str:
         """Value of the last objective in words."""
 
 
 @dataclass(frozen=True, eq=False)
-class Identify:
+class Identify(Goal):
     """The goal to identify a model's unknowns.
 
     Attributes:
@@ -117,27 +126,22 @@ class Identify:
         criterion: Criterion to minimize.
         rows: Number of independent rows of a run, which matters relative to earlier information.
         nominal: Model whose torque must keep to the limits; that of the experiment by default.
-        spread: Uncertainty of that torque.
+        loads: Payload in each run whose torque must keep to them; those of the experiment by default.
     """
 
     experiment: Experiment
     criterion: Criterion = condition
     rows: float = 1.0
     nominal: Model | None = None
-    spread: TorqueSpread | None = None
+    loads: Sequence[str] = ()
 
     @property
     def model(self) -> Model:
-        """Nominal model."""
         return self.nominal or self.experiment.model
 
     @property
     def payloads(self) -> Sequence[str]:
-        """Payload in each run."""
-        return self.experiment.payloads
-
-    def with_spread(self, spread: TorqueSpread | None) -> "Identify":
-        return replace(self, spread=spread)
+        return self.loads or self.experiment.payloads
 
     def objectives(self, limits: Limits, spacing: float) -> Sequence[Objective]:
         smooth = replace(self.experiment, model=design_model(self.experiment.model, limits, spacing))

@@ -59,7 +59,12 @@ def run_all(
     workers = max(min(len(tasks), os.cpu_count() or 1), 1)
     if executor is not None:
         share = seconds / max(-(-len(tasks) // workers), 1)
-        _gather([executor.submit(_call, work, task, share) for task in tasks], seconds, note, lambda: None)
+        _gather(
+            [executor.submit(work, *task, share, _stop_requested) for task in tasks],
+            seconds,
+            note,
+            lambda: None,
+        )
     elif workers == 1:
         end = time.monotonic() + seconds
         with _interrupt_noted() as interrupted, _reporting_to(receive):
@@ -140,10 +145,6 @@ def _gather(
     finally:
         for future in pending:
             future.cancel()  # after an error
-
-
-def _call(work: Callable[..., Any], task: tuple[Any, ...], seconds: float) -> Any:
-    return work(*task, seconds, _stop_requested)
 
 
 def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: float, rounds: int) -> Any:

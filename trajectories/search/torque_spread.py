@@ -60,27 +60,26 @@ class TorqueSpread:
         by_unknown = columns @ self.root
         return np.sqrt(np.einsum("tjr,tjr->tj", by_unknown, by_unknown) + self.residual**2)
 
-    def for_motions(self, columns: np.ndarray, seed: int = 0) -> "TorqueSpread":
+    def for_motions(self, columns: np.ndarray) -> "TorqueSpread":
         """This spread with the factor for motions like the one with a regressor of shape (t, n, p)."""
         by_unknown = (columns @ self.root).reshape(-1, self.root.shape[1])
         by_unknown = by_unknown[np.any(by_unknown != 0.0, axis=1)]
         if not len(by_unknown):
             return replace(self, factor=0.0, widest=0.0)
         unit = by_unknown / np.linalg.norm(by_unknown, axis=1)[:, None]
-        largest = np.max(np.abs(unit @ self._drawn(seed)), axis=0)
+        largest = np.max(np.abs(unit @ self._drawn(seed=0)), axis=0)
         factor = float(np.quantile(largest, self.share))
         return replace(self, factor=factor, widest=factor)
 
-    def peaks(self, model: Model, motion: Motion, nominal: np.ndarray, seed: int = 1) -> np.ndarray:
+    def peaks(self, model: Model, motion: Motion, nominal: np.ndarray) -> np.ndarray:
         """Largest absolute torque of each of `DRAWS` sampled arms and each joint, shape (`DRAWS`, n) [N m].
 
         Args:
             model: Nominal model with these parameters.
             motion: Motion, densely sampled.
             nominal: Nominal torque, shape (t, n) [N m].
-            seed: Seed of the sampled arms.
         """
-        drawn, peaks = self._drawn(seed), np.zeros((nominal.shape[1], DRAWS))
+        drawn, peaks = self._drawn(seed=1), np.zeros((nominal.shape[1], DRAWS))
         for start in range(0, len(motion), CHUNK):
             rows = slice(start, start + CHUNK)
             columns = model.regressor(model.loaded(motion[rows]))

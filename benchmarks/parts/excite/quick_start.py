@@ -20,6 +20,7 @@ from common import Kept, show
 
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.trajectories.kinds.rests import Workspace
 from exidyn.trajectories.kinds.sweeps import constant_velocity_sweeps
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.planner import goal_and_setting, plan
@@ -146,7 +147,7 @@ def sweep_check() -> dict[str, float]:
     model, wishes = read_model("cobot"), Wishes()
     limits, _ = usable(model.robot, wishes.margins)
     middle = 0.5 * (limits.position_lower + limits.position_upper)
-    run = constant_velocity_sweeps(limits, range(model.robot.dof), middle, wishes.tick)
+    run = constant_velocity_sweeps(Workspace(limits, wishes.tick), range(model.robot.dof), middle)
     plan = Plan.of(run, model, tick=wishes.tick)
     begun = time.process_time()
     found = violations(plan, nominal_torque(plan, model))

@@ -85,7 +85,8 @@ def _random(seconds: float, arm: BenchArm) -> Trajectory:
     period = TICK * max(round((seconds - 2.0) / TICK), 50)
     sine, cosine = np.random.default_rng(0).normal(size=(2, len(arm.start), 2)) / [1.0, 2.0]
     series = inside_kinematics(Fourier(period, arm.start, sine, cosine), arm.limits, SHARE)
-    return whole_run(series, arm.limits, TICK, start=arm.start, rest=0.1)
+    wishes = Wishes(tick=TICK, seconds=period, start=arm.start, rest=0.1)
+    return whole_run(series, arm.limits, wishes)
 
 
 def job(seconds: float, arm: BenchArm = COBOT, **other: object) -> Job:

@@ -140,16 +140,15 @@ class DriveControl:
         bandwidth: float,
         current_limit: np.ndarray,
         feed_forward: float = 0.95,
-        saturation: np.ndarray | None = None,
     ) -> "DriveControl":
         """A cascade for joints of some inertia, each loop five times as fast as the one around it.
 
         The inertia is what each motor moves, on the joint side, shape (n,) [kg m^2]. The bandwidth is that of
-        the velocity loop [Hz]. Current limit and saturation are (n,) [A]; there is no saturation by default.
+        the velocity loop [Hz]. The current limit is (n,) [A]; there is no saturation.
         """
         speed = np.full(len(inertia), 2 * np.pi * bandwidth)
-        saturation = np.full(len(inertia), np.inf) if saturation is None else saturation
-        return cls(speed / 5, inertia * speed, speed / 5, feed_forward, current_limit, saturation)
+        unsaturated = np.full(len(inertia), np.inf)
+        return cls(speed / 5, inertia * speed, speed / 5, feed_forward, current_limit, unsaturated)
 
     @classmethod
     def position_servo(cls, stiffness: np.ndarray, current_limit: np.ndarray) -> "DriveControl":

@@ -45,12 +45,58 @@ class LinearSum(NamedTuple):
     def of(cls, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> "LinearSum":
         """Evaluate each effect at rest, and at unit velocity and unit acceleration of each joint."""
         n = robot.dof
-        motion = _motion_at_rest(1 + 2 * n, n, "")
+        motion = motion_at_rest(1 + 2 * n, n, "")
         motion.velocity[1 : n + 1] = motion.acceleration[n + 1 :] = np.eye(n)
         zero = np.zeros(motion.position.shape)
         torque = sum((effect.regressor(robot, motion) @ values for effect, values in effects), zero)
         constant, (drag, inertia) = torque[0], np.split((torque[1:] - torque[0]).T, 2, axis=1)
         return cls(constant, drag, drag.sum(axis=1), inertia)
+
+
+def motion_at_rest(rows: int, joints: int, payload: str = "") -> Motion:
+    """A motion of some rows, to write into."""
+    position, velocity, acceleration = np.zeros((3, rows, joints))
+    return Motion.of(np.zeros(rows), position, velocity, acceleration, payload=payload)
+
+
+class EffectMemory:
+    """Torque of effects, and the memory of those whose torque depends on past positions.
+
+    Args:
+        robot: The arm.
+        effects: Pairs of an effect and its parameters (p,).
+        payload: Name of the payload.
+    """
+
+    def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str = "") -> None:
+        self._robot, self._still = robot, motion_at_rest(1, robot.dof, payload)
+        self._remembering = [effect for effect, _ in effects if not effect.pointwise]
+        self._states: dict[Effect, Any] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._remembering)
+
+    def remember(self, position: np.ndarray) -> None:
+        """Move the effects that have a memory on to a position (n,) [rad]."""
+        self._still.position[:] = position
+        for effect in self._remembering:
+            _, self._states[effect] = effect.continued(self._robot, self._still, self._states.get(effect))
+
+    def forget(self) -> None:
+        """Clear the memory, as after a reset."""
+        self._states.clear()
+
+    def torque(self, effects: Sequence[tuple[Effect, np.ndarray]], motion: Motion, end: Motion) -> np.ndarray:
+        """Torque in every row of a motion, with a memory in every row of `end`, shape (t, n) [N m]."""
+        robot, total = self._robot, np.zeros(motion.position.shape)
+        for effect, values in effects:
+            if effect.pointwise:
+                total += effect.regressor(robot, motion) @ values
+            else:
+                total += effect.continued(robot, end, self._states.get(effect))[0] @ values
+            if type(effect).known_torque is not Effect.known_torque:
+                total += effect.known_torque(robot, motion)
+        return total
 
 
 class EffectSum:
@@ -67,16 +113,14 @@ class EffectSum:
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str) -> None:
         self.empty = not effects
-        self.forgets = all(effect.pointwise for effect, _ in effects)
-        self._robot, n = robot, robot.dof
+        n, self.memory = robot.dof, EffectMemory(robot, effects, payload)
         self._linear = LinearSum.of(robot, [pair for pair in effects if pair[0].linear])
         self._effects = [pair for pair in effects if not pair[0].linear]
         self._heavy = [pair for pair in self._effects if not pair[0].massless]
-        self._memory: dict[Effect, Any] = {}
         # Rows: the current motion; all joints a little faster.
-        self._here = _motion_at_rest(2, n, payload)
+        self._here = motion_at_rest(2, n, payload)
         # Rows: the later position; the same with one joint accelerating.
-        self._later = _motion_at_rest(1 + n, n, payload)
+        self._later = motion_at_rest(1 + n, n, payload)
         self._later.acceleration[1:] = np.eye(n)
 
     def at(
@@ -102,34 +146,13 @@ class EffectSum:
         if self._effects:
             _write(self._here, joints.position, joints.velocity, load, temperature)
             self._here.velocity[1] += SHIFT
-            torque, faster = self._torque(self._effects, self._here)
+            torque, faster = self.memory.torque(self._effects, self._here, self._here)
             force, slope = force + torque, slope + (faster - torque) / SHIFT
         if self._heavy:
             _write(self._later, later, joints.velocity, load, temperature)
-            torque = self._torque(self._heavy, self._later)
+            torque = self.memory.torque(self._heavy, self._later, self._later)
             inertia = inertia + (torque[1:] - torque[0]).T
         return force, slope, inertia
-
-    def remember(self, position: np.ndarray) -> None:
-        """Move the effects that have a memory on to a position (n,) [rad]."""
-        for effect, _ in self._effects:
-            if not effect.pointwise:
-                still = _motion_at_rest(1, len(position), self._here.payload)
-                still.position[:] = position
-                _, self._memory[effect] = effect.continued(self._robot, still, self._memory.get(effect))
-
-    def _torque(self, effects: Sequence[tuple[Effect, np.ndarray]], motion: Motion) -> np.ndarray:
-        """Torque in every row, shape (t, n) [N m]."""
-        robot = self._robot
-        total = np.zeros(motion.position.shape)
-        for effect, values in effects:
-            if effect.pointwise:
-                total += effect.regressor(robot, motion) @ values
-            else:
-                total += effect.continued(robot, motion, self._memory.get(effect))[0] @ values
-            if type(effect).known_torque is not Effect.known_torque:
-                total += effect.known_torque(robot, motion)
-        return total
 
 
 def _write(
@@ -143,11 +166,6 @@ def _write(
     motion.position[:], motion.velocity[:], motion.temperature[:] = position, velocity, temperature
     if load is not None:
         motion.load[:] = load
-
-
-def _motion_at_rest(rows: int, joints: int, payload: str) -> Motion:
-    position, velocity, acceleration = np.zeros((3, rows, joints))
-    return Motion.of(np.zeros(rows), position, velocity, acceleration, payload=payload)
 
 
 class ArmForces:
@@ -205,8 +223,8 @@ class ArmForces:
     def remember(self, position: np.ndarray) -> None:
         """Move the effects that have a memory on to the position (x,) [rad] that the arm has reached."""
         for side, matrix in ((self._on_links, self._links), (self._on_motors, self._motors)):
-            if not side.forgets:
-                side.remember(matrix @ position)
+            if side.memory:
+                side.memory.remember(matrix @ position)
 
     def _link_side(
         self, link: Joints, later: np.ndarray, temperature: np.ndarray

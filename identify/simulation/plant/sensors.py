@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from math import exp, pi, sqrt
 
 import numpy as np
-
-from .steps import compiled, fading
+from scipy.signal import lfilter
 
 FINEST = 1e-12
 """Resolution of a sensor without rounding, if other joints have rounding."""
@@ -96,7 +95,7 @@ class Readings:
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
-        self._sensors, self._random, self._fading = sensors, np.random.default_rng(seed), compiled(fading)
+        self._sensors, self._random = sensors, np.random.default_rng(seed)
         self._quiet = not np.any((sensors.encoder_noise, sensors.current_noise, sensors.current_drift))
         n = len(position)
         self._round_position = _rounding(sensors.encoder_step)
@@ -109,24 +108,23 @@ class Readings:
             np.zeros(n),
         )
         self.current = self._current(current + self._drift + sensors.current_noise * white[2])
-        self._fading(0.0, self._drift, white)  # discarded: compiles the function before real-time control
 
     def see(
         self, position: np.ndarray, current: np.ndarray, seconds: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Measured position [rad], velocity [rad/s] and current [A], each (t, n), at a period [s]."""
-        sensors, fading = self._sensors, self._fading
+        sensors = self._sensors
         if not self._quiet:
             white = self._random.normal(size=(len(position), 3, position.shape[1]))
             share = exp(-seconds / sensors.drift_time)
-            drift = fading(share, self._drift, sqrt(1.0 - share**2) * sensors.current_drift * white[:, 1])
+            drift = _fading(share, self._drift, sqrt(1.0 - share**2) * sensors.current_drift * white[:, 1])
             position = position + sensors.encoder_noise * white[:, 0]
             current = current + drift + sensors.current_noise * white[:, 2]
             self._drift = drift[-1]
         position, current = self._round_position(position), self._current(current)
         before = np.concatenate([self.position[None], position[:-1]])
         share = exp(-2 * pi * sensors.velocity_cutoff * seconds)
-        velocity = fading(share, self.velocity, (1.0 - share) / seconds * (position - before))
+        velocity = _fading(share, self.velocity, (1.0 - share) / seconds * (position - before))
         self.position, self.velocity, self.current = position[-1], velocity[-1], current[-1]
         return position, velocity, current
 
@@ -134,6 +132,11 @@ class Readings:
         """Measured current for a true current of any shape [A]."""
         limit = self._sensors.current_limit
         return np.clip(self._round_current(current), -limit, limit)
+
+
+def _fading(share: float, last: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    """Sum of inputs (t, n) of which a share remains from row to row, starting with `last` (n,)."""
+    return lfilter([1.0], [1.0, -share], inputs, axis=0, zi=share * last[None])[0]
 
 
 def _rounding(step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

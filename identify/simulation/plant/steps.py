@@ -170,21 +170,8 @@ def torque(cascade: Cascade, reference: np.ndarray, moved: Moved) -> np.ndarray:
     return np.minimum(np.maximum(unlimited, -limit), limit)
 
 
-def fading(share: float, last: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-    """Sum of inputs (t, n) of which a share remains from row to row, starting with `last` (n,)."""
-    total = inputs.copy()
-    total[0] += share * last
-    for row in range(1, len(inputs)):
-        total[row] += share * total[row - 1]
-    return total
-
-
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution of equations with a positive definite matrix.
-
-    Raises:
-        RobotError: If the matrix is not positive definite.
-    """
+    """Solution of equations; raises `RobotError` if the matrix is not positive definite."""
     _, solution, failed = dposv(matrix, right)
     if failed:
         raise RobotError(NO_INERTIA)

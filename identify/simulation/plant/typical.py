@@ -7,6 +7,7 @@ from ...model import Model
 from .drives import DriveControl
 from .forces import ArmForces, Joints
 from .gears import Thermal, Transmission
+from .link_size import random_poses
 from .plant import Plant
 from .sensors import Sensors
 
@@ -21,9 +22,6 @@ CURRENT_BITS = 13
 
 NOISE = 0.002
 """Standard deviation of each of the two current noises relative to the current limit [-]."""
-
-POSES = 64
-"""Number of random poses for inertia and torque."""
 
 AMBIENT = 25.0
 """Temperature around the arm [degC]."""
@@ -96,7 +94,7 @@ def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
     robot, forces = model.robot, _forces(model)
     still, warm = np.zeros(robot.dof), np.full(robot.dof, AMBIENT)
     inertias, torques = [], []
-    for position in _poses(model):
+    for position in random_poses(model):
         local, inertia = forces.at(Joints(position, still, still), position, warm)
         inertias.append(np.diagonal(robot.to_motors @ inertia @ robot.to_motors.T))
         torques.append(np.abs(robot.to_motors @ local.force))
@@ -111,7 +109,7 @@ def typical_thermal(model: Model, current: np.ndarray) -> Thermal:
     speed = np.where(np.isfinite(limit), limit, FREE_SPEED) / 3
     still, ambient = np.zeros(robot.dof), np.full(robot.dof, AMBIENT)
     losses = []
-    for position in _poses(model):
+    for position in random_poses(model):
         for velocity in (speed, -speed):  # both directions, so that a torque offset cancels
             forces.at(Joints(position, velocity, still), position, ambient)
             losses.append(forces.friction * velocity)
@@ -123,10 +121,3 @@ def typical_thermal(model: Model, current: np.ndarray) -> Thermal:
 
 def _forces(model: Model) -> ArmForces:
     return ArmForces(model, model.nominal_values, "", Transmission.rigid(model.robot.dof))
-
-
-def _poses(model: Model) -> np.ndarray:
-    """Random poses within the joint range, shape (POSES, n) [rad]."""
-    limits = model.robot.limits
-    lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
-    return np.random.default_rng(0).uniform(lower, upper, (POSES, model.robot.dof))

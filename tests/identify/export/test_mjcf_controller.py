@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.errors import RobotError
-from exidyn.identification.export.mjcf_controller import Controller, with_controller, with_motors
+from exidyn.identification.export.mjcf_controller import with_controller, with_motors
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -22,23 +22,23 @@ LEG = b"""<mujoco>
   </actuator>
 </mujoco>
 """
-GAINS = Controller(np.array([20.0, 30.0]), np.array([1.5, 0.5]))
+KP, KD = GAINS = np.array([20.0, 30.0]), np.array([1.5, 0.5])
 
 
 def test_a_servo_exerts_the_torque_of_the_controller():
-    text = with_controller(LEG, "/tmp", "leg.xml", ["hip", "knee"], GAINS)
+    text = with_controller(LEG, "/tmp", "leg.xml", ["hip", "knee"], *GAINS)
     model = mujoco.MjModel.from_xml_string(text.decode())
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = (0.1, 0.2), (0.3, -0.4)
     for command in (0.3, 40.0):
         data.ctrl[:] = command * model.actuator_gear[:, 0]
         mujoco.mj_forward(model, data)
-        torque = GAINS.stiffness * (command - data.qpos) - GAINS.damping * data.qvel
+        torque = KP * (command - data.qpos) - KD * data.qvel
         np.testing.assert_allclose(data.qfrc_actuator, np.clip(torque, [-80, -10], [80, 10]))
 
 
 def test_motors_are_restored_and_other_changes_stay():
-    text = with_controller(LEG, "/tmp", "leg.xml", ["hip", "knee"], GAINS)
+    text = with_controller(LEG, "/tmp", "leg.xml", ["hip", "knee"], *GAINS)
     changed = text.replace(b'name="knee"', b'name="knee" damping="2"')
     assert with_motors(text, LEG, "leg.xml") == LEG
     assert with_motors(changed, LEG, "leg.xml") == LEG.replace(b'name="knee"', b'name="knee" damping="2"')
@@ -54,4 +54,4 @@ def test_motors_are_restored_and_other_changes_stay():
 def test_a_joint_without_a_plain_motor_is_refused(old, new, message):
     assert old in LEG
     with pytest.raises(RobotError, match=message):
-        with_controller(LEG.replace(old, new), "/tmp", "leg.xml", ["hip", "knee"], GAINS)
+        with_controller(LEG.replace(old, new), "/tmp", "leg.xml", ["hip", "knee"], *GAINS)

@@ -100,8 +100,8 @@ def test_residuals_of_sound_runs_exceed_their_limit_as_seldom_as_is_allowed(repo
         runs = report.learned.arms[f"sound {k}"]
         for left_out in range(0, 26, 4):
             others = Expected.of(report.learned, runs[np.delete(np.arange(26), left_out)])
-            limits = others.limits(share * SECONDS_A_YEAR * 2 / others.seconds)
-            over += np.sum(others.residual(runs.runs[left_out]) > limits.alarm)
+            limit = others.limit(share * SECONDS_A_YEAR * 2 / others.seconds)
+            over += np.sum(others.residual(runs.runs[left_out]) > limit)
             asked += 2
     assert over <= 5  # of a share of 0.02 a binomial number is more in one of 300
     assert asked == 70

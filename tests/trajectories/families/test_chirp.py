@@ -7,9 +7,10 @@ import exidyn.trajectories.kinds.with_chirp as chirps
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.families.chirp import Chirp
-from exidyn.trajectories.families.chirp_wave import derivatives, exponential, power, product, sine
 from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.families.jets import derivatives, exponential, power, product, sine
 from exidyn.trajectories.families.phases import Phases
+from exidyn.trajectories.kinds.rests import Workspace
 from exidyn.trajectories.kinds.with_chirp import STEPS, with_chirp
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
@@ -30,9 +31,9 @@ def moving():
 
 
 CHIRPS = {
-    "rest": lambda: with_chirp(REST, [1], LIMITS, TICK),
-    "moving": lambda: with_chirp(moving(), [0, 1], LIMITS, TICK),
-    "even": lambda: replace(with_chirp(REST, [1, 0], LIMITS, TICK), logarithmic=False),
+    "rest": lambda: with_chirp(REST, [1], Workspace(LIMITS, TICK)),
+    "moving": lambda: with_chirp(moving(), [0, 1], Workspace(LIMITS, TICK)),
+    "even": lambda: replace(with_chirp(REST, [1, 0], Workspace(LIMITS, TICK)), logarithmic=False),
     "later": lambda: Chirp(REST, (0,), np.array([[0.5, 0.5, 3.0, 80.0]]), 2.0, 9.0, 1.5, 4.0, 2.0),
 }
 
@@ -114,12 +115,11 @@ def test_extremes_are_bounds_and_near_what_is_reached(chirp):
 
 @pytest.mark.parametrize("order", range(6))
 def test_the_bound_of_each_derivative_holds_inside_its_cells(chirp, order):
-    for wave in chirp._waves:
-        left, right = wave._edges[:-1], wave._edges[1:]
-        bound = derivatives(wave._bound(left, right))[order]
-        for share in np.linspace(0.01, 0.99, 7):
-            size = np.abs(derivatives(wave._jet(left + share * (right - left), 6))[order])
-            assert np.all(size <= bound)
+    left, right = chirp._edges[:-1], chirp._edges[1:]
+    bound = derivatives(chirp._bound(left, right))[order]
+    for share in np.linspace(0.01, 0.99, 7):
+        size = np.abs(derivatives(chirp._jet(left + share * (right - left), 6))[order])
+        assert np.all(size <= bound)
 
 
 def test_the_amplitude_is_the_smallest_that_four_limits_allow(chirp):
@@ -135,7 +135,7 @@ def test_the_amplitude_is_the_smallest_that_four_limits_allow(chirp):
 @pytest.mark.parametrize("base", [REST, moving()])
 def test_it_uses_its_share_of_what_the_motion_leaves_and_no_more(share, base, monkeypatch):
     monkeypatch.setattr(chirps, "SHARE", share)
-    chirp = with_chirp(base, [0, 1], LIMITS, TICK)
+    chirp = with_chirp(base, [0, 1], Workspace(LIMITS, TICK))
     assert check(chirp, LIMITS, TICK) == []
     assert check(with_leads(chirp, LIMITS, TICK), LIMITS, TICK) == []
     used = []
@@ -150,37 +150,37 @@ def test_it_shrinks_until_it_can_be_stopped(monkeypatch):
     """A tenth of a radian from a limit, where full speed would run over it."""
     monkeypatch.setattr(chirps, "SHARE", 1.0)
     near = Phases.hold(np.array([2.4, 0.0]), 8.0)
-    chirp = with_chirp(near, [0], LIMITS, TICK)
+    chirp = with_chirp(near, [0], Workspace(LIMITS, TICK))
     assert check(chirp, LIMITS, TICK) == []
-    free = with_chirp(Phases.hold(np.zeros(2), 8.0), [0], LIMITS, TICK)
+    free = with_chirp(Phases.hold(np.zeros(2), 8.0), [0], Workspace(LIMITS, TICK))
     assert chirp.reached[0, 1] < 0.9 * free.reached[0, 1]
 
 
 def test_by_default_it_ends_at_20_hz_or_six_ticks_a_period():
-    assert with_chirp(REST, [0], LIMITS, 0.002).high == pytest.approx(20.0)
-    assert with_chirp(REST, [0], LIMITS, 0.012).high == pytest.approx(1 / 0.072)
+    assert with_chirp(REST, [0], Workspace(LIMITS, 0.002)).high == pytest.approx(20.0)
+    assert with_chirp(REST, [0], Workspace(LIMITS, 0.012)).high == pytest.approx(1 / 0.072)
 
 
 def test_a_coarse_encoder_lowers_the_highest_frequency(monkeypatch):
-    whole = with_chirp(REST, [0], LIMITS, TICK)
+    whole = with_chirp(REST, [0], Workspace(LIMITS, TICK))
     coarse = 1.01 / STEPS * float(whole.amplitude(np.array([10.0]))[0, 0])
     monkeypatch.setattr(chirps, "RESOLUTION", coarse)
-    assert 4.0 < with_chirp(REST, [0], LIMITS, TICK).high < 10.0
+    assert 4.0 < with_chirp(REST, [0], Workspace(LIMITS, TICK)).high < 10.0
     monkeypatch.setattr(chirps, "RESOLUTION", 100.0 * coarse)
     with pytest.raises(Infeasible, match=r"joint 1: at \d.* from .* Hz on .* Try"):
-        with_chirp(REST, [0], LIMITS, TICK)
+        with_chirp(REST, [0], Workspace(LIMITS, TICK))
 
 
 def test_a_motion_that_leaves_nothing_names_joint_and_quantity():
     reached = moving().extremes()
     tight = replace(LIMITS, velocity=np.array([3.0, float(reached.velocity.upper[1])]))
     with pytest.raises(Infeasible, match="joint 2: the velocity of the base motion"):
-        with_chirp(moving(), [0, 1], tight, TICK)
+        with_chirp(moving(), [0, 1], Workspace(tight, TICK))
 
 
 def test_a_sampling_period_that_is_too_long_is_refused():
     with pytest.raises(BadLimits, match=r"sampling period of 0.2 s allows up to 0.8333 Hz"):
-        with_chirp(REST, [0], LIMITS, 0.2)
+        with_chirp(REST, [0], Workspace(LIMITS, 0.2))
 
 
 def floor(depth):
@@ -191,16 +191,16 @@ def floor(depth):
 
 
 def test_nothing_is_in_contact():
-    free = with_chirp(REST, [0, 1], LIMITS, TICK)
+    free = with_chirp(REST, [0, 1], Workspace(LIMITS, TICK))
     near = floor(0.02)
-    kept = with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[near])
+    kept = with_chirp(REST, [0, 1], Workspace(LIMITS, TICK, [near]))
     assert not near.worst(free).allowed
     assert near.worst(kept).allowed
     assert not near.worst(kept.scaled(1 / 0.8)).allowed
     with pytest.raises(
         Infeasible, match=r"the motion under the chirp: flange z >= .* m misses its safety margin"
     ):
-        with_chirp(REST, [0, 1], LIMITS, TICK, clearances=[floor(-0.02)])
+        with_chirp(REST, [0, 1], Workspace(LIMITS, TICK, [floor(-0.02)]))
 
 
 @pytest.mark.parametrize(

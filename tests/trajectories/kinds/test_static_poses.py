@@ -10,6 +10,7 @@ from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions
 from exidyn.trajectories.errors import Infeasible, NothingToIdentify
+from exidyn.trajectories.kinds.rests import Workspace
 from exidyn.trajectories.kinds.static_poses import APPROACH, DWELL, informative, static_poses
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
@@ -26,7 +27,7 @@ TICK = 0.004
 
 @pytest.fixture(scope="module")
 def run():
-    return static_poses(LIMITS, 8, TICK, two_joints.model())
+    return static_poses(Workspace(LIMITS, TICK), 8, two_joints.model())
 
 
 def rests(trajectory):
@@ -61,7 +62,7 @@ def test_it_begins_and_ends_at_rest_at_one_pose_within_all_limits(run):
 
 def test_a_given_start_is_kept_and_the_way_is_short():
     start = np.array([2.0, -2.0])
-    found = static_poses(LIMITS, 8, TICK, two_joints.model(), start=start)
+    found = static_poses(Workspace(LIMITS, TICK), 8, two_joints.model(), start=start)
     ends = found.trajectory.at(np.array([0.0, found.trajectory.duration]))
     np.testing.assert_allclose(ends.position, [start, start], atol=1e-8)
 
@@ -118,9 +119,9 @@ def test_an_arm_that_could_collide_with_itself_never_does(tmp_path, seed):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
     model = Model(robot, (RigidBody(), CurrentOffset()))
-    free = static_poses(limits, 8, TICK, model, seed=seed)
+    free = static_poses(Workspace(limits, TICK), 8, model, seed=seed)
     assert not collision.worst(free.trajectory).allowed
-    kept = static_poses(limits, 8, TICK, model, [collision], seed=seed)
+    kept = static_poses(Workspace(limits, TICK, [collision]), 8, model, seed=seed)
     assert collision.worst(kept.trajectory).allowed
     assert check(kept.trajectory, limits, TICK) == []
     left_out = [note for note in kept.notes if "left out" in note]
@@ -136,7 +137,7 @@ def test_what_is_left_out_and_what_goes_round_is_reported(tmp_path):
     notes = [
         note
         for seed in range(4)
-        for note in static_poses(limits, 8, TICK, model, [collision], seed=seed).notes
+        for note in static_poses(Workspace(limits, TICK, [collision]), 8, model, seed=seed).notes
     ]
     assert any("left out: the move between two poses: " in note and " m after " in note for note in notes)
     assert any(note.endswith("takes a detour") for note in notes)
@@ -146,13 +147,13 @@ def test_an_arm_without_gravity_has_nothing_to_show():
     robot = two_joints.arm()
     robot.kinematics.gravity.linear = np.zeros(3)
     with pytest.raises(NothingToIdentify, match="two joints: at rest, no parameter"):
-        static_poses(LIMITS, 4, TICK, Model(robot, (RigidBody(), CoulombFriction())))
+        static_poses(Workspace(LIMITS, TICK), 4, Model(robot, (RigidBody(), CoulombFriction())))
 
 
 def test_a_range_narrower_than_two_approaches_is_refused():
     narrow = replace(LIMITS, position_lower=np.array([-0.04, -2.5]), position_upper=np.array([0.04, 2.5]))
     with pytest.raises(Infeasible, match="joint 1: .* -0.04 to 0.04 rad, .* 0.05"):
-        static_poses(narrow, 4, TICK, two_joints.model())
+        static_poses(Workspace(narrow, TICK), 4, two_joints.model())
 
 
 class Crowded(Clearance):
@@ -174,4 +175,4 @@ class Crowded(Clearance):
 
 def test_a_cell_without_room_states_how_much_is_missing():
     with pytest.raises(Infeasible, match=r"0 of 4000 .* 3 are needed.* has a margin of -0.\d+ m \(arm to "):
-        static_poses(LIMITS, 3, TICK, two_joints.model(), [Crowded()])
+        static_poses(Workspace(LIMITS, TICK, [Crowded()]), 3, two_joints.model())

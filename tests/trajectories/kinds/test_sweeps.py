@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
-from exidyn.trajectories.kinds.rests import clear_range
+from exidyn.trajectories.kinds.rests import Workspace
 from exidyn.trajectories.kinds.sweeps import constant_velocity_sweeps
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
@@ -45,7 +45,7 @@ SPEEDS = np.geomspace(0.03, 1.8, 6)
 
 
 def test_every_velocity_is_cruised_at_exactly_both_ways():
-    sweeps = constant_velocity_sweeps(LIMITS, [1], POSE, TICK)
+    sweeps = constant_velocity_sweeps(Workspace(LIMITS, TICK), [1], POSE)
     for velocity in SPEEDS:
         (forth,), (back,) = passes(sweeps, 1, [velocity, -velocity])
         for one in (forth, back):
@@ -56,7 +56,7 @@ def test_every_velocity_is_cruised_at_exactly_both_ways():
 
 
 def test_other_joints_rest_and_it_begins_and_ends_at_the_pose():
-    sweeps = constant_velocity_sweeps(LIMITS, [1], POSE, TICK)
+    sweeps = constant_velocity_sweeps(Workspace(LIMITS, TICK), [1], POSE)
     states = sweeps.every(TICK)
     np.testing.assert_array_equal(states.position[:, 0], POSE[0])
     for row in (0, -1):
@@ -65,7 +65,7 @@ def test_other_joints_rest_and_it_begins_and_ends_at_the_pose():
 
 
 def test_default_speeds_span_the_bend_and_keep_a_second_of_cruise():
-    sweeps = constant_velocity_sweeps(LIMITS, [0, 1], POSE, TICK)
+    sweeps = constant_velocity_sweeps(Workspace(LIMITS, TICK), [0, 1], POSE)
     for joint in (0, 1):
         found = passes(sweeps, joint, SPEEDS)
         assert [len(one) for one in found] == [1] * 6
@@ -75,7 +75,7 @@ def test_default_speeds_span_the_bend_and_keep_a_second_of_cruise():
 
 def test_a_narrow_range_makes_the_fastest_of_its_own_speeds_slower():
     narrow = replace(LIMITS, position_lower=np.array([-0.4, -2.5]), position_upper=np.array([0.4, 2.5]))
-    sweeps = constant_velocity_sweeps(narrow, [0], POSE, TICK)
+    sweeps = constant_velocity_sweeps(Workspace(narrow, TICK), [0], POSE)
     lasting = [one for one in cruises(sweeps, 0) if one[1] >= 0.99]
     fastest = max(abs(one[0]) for one in lasting)
     assert len(lasting) >= 12
@@ -90,7 +90,7 @@ def test_all_limits_are_kept_with_leads_and_on_ticks(tick):
     one_way = replace(
         LIMITS, velocity_lower=np.array([-1.0, -2.0]), acceleration_lower=np.array([-5.0, -20.0])
     )
-    sweeps = constant_velocity_sweeps(one_way, [0, 1], POSE, tick)
+    sweeps = constant_velocity_sweeps(Workspace(one_way, tick), [0, 1], POSE)
     assert check(sweeps, one_way, tick) == []
     assert check(with_leads(sweeps, one_way, tick), one_way, tick) == []
     for part in sweeps.parts:
@@ -102,11 +102,11 @@ def test_a_joint_sweeps_only_where_the_arm_is_clear(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
     pose = np.array([0.0, 0.6, 0.8, 0.1, 0.0])
-    sweeps = constant_velocity_sweeps(limits, [0, 1, 2], pose, TICK, [collision])
+    sweeps = constant_velocity_sweeps(Workspace(limits, TICK, [collision]), [0, 1, 2], pose)
     nearest = collision.worst(sweeps)
     assert nearest.allowed
     assert check(sweeps, limits, TICK) == []
-    free = constant_velocity_sweeps(limits, [0, 1, 2], pose, TICK)
+    free = constant_velocity_sweeps(Workspace(limits, TICK), [0, 1, 2], pose)
     assert not collision.worst(free).allowed
 
 
@@ -114,7 +114,7 @@ def test_the_clear_range_ends_near_where_something_is_in_contact(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
     pose = np.array([0.0, 0.6, 0.8, 0.1, 0.0])
-    bounds = clear_range(limits, pose, 1, [collision])
+    bounds = Workspace(limits, TICK, [collision]).clear_range(pose, 1)
     positions = np.tile(pose, (2001, 1))
     positions[:, 1] = np.linspace(*bounds, 2001)
     assert np.min(collision.margins(positions)) >= 0.0
@@ -131,4 +131,4 @@ def test_the_clear_range_ends_near_where_something_is_in_contact(tmp_path):
 def test_a_joint_without_room_to_cruise_is_refused():
     narrow = replace(LIMITS, position_lower=np.array([-2.5, 0.5]), position_upper=np.array([2.5, 0.51]))
     with pytest.raises(Infeasible, match="joint 2: from 0.5 to 0.51 rad there is no room to cruise"):
-        constant_velocity_sweeps(narrow, [1], np.array([0.1, 0.505]), TICK)
+        constant_velocity_sweeps(Workspace(narrow, TICK), [1], np.array([0.1, 0.505]))

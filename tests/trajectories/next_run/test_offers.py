@@ -5,7 +5,7 @@ import numpy as np
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.trajectories.limits.usable_limits import Margins
-from exidyn.trajectories.next_run.offers import _narrower, _request, for_robot, kinds_of_joint
+from exidyn.trajectories.next_run.offers import _narrower, _request, for_robot, kinds_of_run
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import robot_differences
 
@@ -25,7 +25,7 @@ def test_a_narrower_arm_has_the_same_middle_and_its_motion_is_one_for_the_whole_
     assert np.allclose(
         half.position_upper - half.position_lower, 0.5 * (limits.position_upper - limits.position_lower)
     )
-    [(_, planned), *_] = kinds_of_joint(_narrower(model, 0.5), Wishes(margins=Margins()), 1, print)
+    [(_, planned), *_] = kinds_of_run(_narrower(model, 0.5), Wishes(margins=Margins()), print, 1)
     assert robot_differences(planned, model.robot)
     assert robot_differences(for_robot(planned, model), model.robot) == []
     assert np.ptp(planned.trajectory.every(0.01).position[:, 0]) < 1e-9

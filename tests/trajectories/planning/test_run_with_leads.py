@@ -12,6 +12,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.planning.planner import whole_run
+from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.search.shrink import inside_kinematics
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
@@ -33,9 +34,14 @@ def core(run):
     return next(part for part in run.parts if isinstance(part, Fourier))
 
 
+def wishes(**options):
+    """Options of a run of one period, if there are no others."""
+    return Wishes(**{"tick": TICK, "seconds": 4.0} | options)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_it_begins_and_ends_at_rest_and_joins(seed):
-    run = whole_run(series(seed=seed), limits(), TICK, repeats=3, rest=0.5)
+    run = whole_run(series(seed=seed), limits(), wishes(seconds=12.0, rest=0.5))
     ends = run.at(np.array([0.0, 0.5, run.duration - 0.5, run.duration]))
     assert not np.any(ends.velocity)
     assert not np.any(ends.acceleration)
@@ -52,13 +58,13 @@ def test_it_begins_and_ends_at_rest_and_joins(seed):
 def test_it_keeps_to_all_limits_between_samples(seed):
     model = two_joints.model()
     torque = TorqueBound(model, limits().torque).of("")
-    run = whole_run(series(0.99, seed), limits(), TICK, torques=[torque])
+    run = whole_run(series(0.99, seed), limits(), wishes(), [torque])
     assert not check(run, limits(), TICK, torque)
 
 
 def test_the_periods_are_those_of_the_series_from_another_moment():
     given = series()
-    run = whole_run(given, limits(), TICK, repeats=3)
+    run = whole_run(given, limits(), wishes(seconds=12.0))
     found = core(run)
     assert (found.period, found.periods) == (4.0, 3)
     radius = np.hypot(given.sine, given.cosine)
@@ -70,7 +76,7 @@ def test_the_periods_are_those_of_the_series_from_another_moment():
 
 def test_it_begins_and_ends_at_the_pose_that_was_asked_for():
     start = np.array([0.7, -1.1])
-    run = whole_run(series(), limits(), TICK, start=start)
+    run = whole_run(series(), limits(), wishes(start=start))
     for time in (0.0, 1.0, run.duration):
         np.testing.assert_allclose(run.at(np.array([time])).position[0], start, atol=JOIN)
 
@@ -85,7 +91,7 @@ def test_leads_are_the_shortest_of_the_moments_tried():
         with contextlib.suppress(Infeasible):
             durations.append(with_leads(given.shifted(shift), half, TICK).duration)
     assert len(durations) > 20
-    run = whole_run(given, kept, TICK)
+    run = whole_run(given, kept, wishes())
     assert run.duration == pytest.approx(min(durations), abs=1e-9)
     for lead in (run.parts[1], run.parts[3]):
         assert np.all(lead.extremes().jerk.upper <= half.jerk * (1 + 1e-9))
@@ -97,32 +103,32 @@ def test_leads_are_gentler_where_the_drives_are_weak():
     kept = replace(limits(), torque=np.array([48.0, 190.0]))
     torque = TorqueBound(two_joints.model(), kept.torque).of("")
     start, slow = np.array([0.3, -0.3]), series(0.1)
-    free = whole_run(slow, kept, TICK, start=start)
+    free = whole_run(slow, kept, wishes(start=start))
     assert {violation.kind for violation in check(free, kept, TICK, torque)} == {"torque"}
-    gentle = whole_run(slow, kept, TICK, start=start, torques=[torque])
+    gentle = whole_run(slow, kept, wishes(start=start), [torque])
     assert not check(gentle, kept, TICK, torque)
     assert gentle.duration > free.duration
 
 
 def test_a_region_holds_for_leads_too():
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
-    run = whole_run(series(0.3), limits(), TICK, start=np.array([-1.5, 0.0]), clearances=[floor])
+    run = whole_run(series(0.3), limits(), wishes(start=np.array([-1.5, 0.0]), clearances=[floor]))
     assert floor.worst(run).allowed
 
 
 def test_a_start_below_the_floor_is_reported():
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
     with pytest.raises(Infeasible, match=r"no lead into the motion.* flange z >= .* mm of room at"):
-        whole_run(series(0.1), limits(), TICK, start=np.array([1.5, 0.0]), clearances=[floor])
+        whole_run(series(0.1), limits(), wishes(start=np.array([1.5, 0.0]), clearances=[floor]))
 
 
 def test_a_start_too_heavy_to_hold_is_reported():
     kept = replace(limits(), torque=np.array([90.0, 190.0]))
     torque = TorqueBound(two_joints.model(), np.array([20.0, 190.0])).of("")
     with pytest.raises(Infeasible, match="no lead into the motion keeps to the limits: joint 1: torque"):
-        whole_run(series(0.1), replace(kept, torque=np.array([20.0, 190.0])), TICK, torques=[torque])
+        whole_run(series(0.1), replace(kept, torque=np.array([20.0, 190.0])), wishes(), [torque])
 
 
 def test_a_start_outside_the_limits_is_reported():
     with pytest.raises(Infeasible, match="joint 1: the lead"):
-        whole_run(series(0.1), limits(), TICK, start=np.array([2.6, 0.0]))
+        whole_run(series(0.1), limits(), wishes(start=np.array([2.6, 0.0])))

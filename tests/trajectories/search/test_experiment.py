@@ -85,7 +85,7 @@ def pull_is_right(of, at):
         moved = replace(at, **{name: getattr(at, name) + step * shift[name] for name in names})
         return np.sum(by * of.information(moved, 0.2))
 
-    gradient = of.pull(at, of.columns(at), by, 0.2)
+    gradient = of.pull(at, by, 0.2)
     found = sum(np.sum(getattr(gradient, name) * shift[name]) for name in names)
     assert found == pytest.approx((value(STEP) - value(-STEP)) / (2 * STEP), rel=1e-6)
 
