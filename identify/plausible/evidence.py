@@ -5,6 +5,7 @@ unlisted cause (an effect, a damaged sensor) affects the joint; its unpredicted 
 every hypothesis. So no hypothesis wins by explaining a joint slightly less badly.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from ..arm.rigid_regressor import rigid_regressor
 from ..model import Model
-from .block_prediction import ArmPrediction
+from .block_prediction import BlockPrediction, Trees, trees_of
 from .described_bodies import ANY, KINDS, Likelihood, Masses, Stated, described, likelihoods, mean_of_logs
 from .samples import Sampled
 
@@ -118,19 +119,27 @@ class Reading:
         return Stated.of(self.model, self.log.motion)
 
     @cached_property
-    def prediction(self) -> ArmPrediction:
-        """Prediction from the columns of this motion."""
-        return ArmPrediction.of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
+    def _trees(self) -> Trees:
+        return trees_of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
+
+    def shares(
+        self, method: Callable[[BlockPrediction, np.ndarray], np.ndarray], effort: np.ndarray
+    ) -> np.ndarray:
+        """Share of each effort (t, n) that a method of `BlockPrediction` does not explain, shape (n,)."""
+        shares = np.zeros(effort.shape[1])
+        for joints, prediction in self._trees:
+            shares[joints] = method(prediction, effort[:, joints])
+        return shares
 
     @cached_property
     def single(self) -> np.ndarray:
         """Unpredicted share of each effort with separate bodies of any mass for each joint, shape (n,)."""
-        return self.prediction.single(self.log.effort)
+        return self.shares(BlockPrediction.single, self.log.effort)
 
     @cached_property
     def coupled(self) -> np.ndarray:
         """Unpredicted share of each effort with common bodies of any mass, shape (n,)."""
-        return self.prediction.coupled(self.log.effort)
+        return self.shares(BlockPrediction.coupled, self.log.effort)
 
     @cached_property
     def likelihoods(self) -> list[Likelihood]:
@@ -140,7 +149,7 @@ class Reading:
     def with_efforts(self, order: np.ndarray) -> "Reading":
         """Reading with the same motion and the efforts in another order (n,)."""
         other = Reading(self.model, self.log._replace(effort=self.log.effort[:, order]), self.stated)
-        for name in ("_rigid", "_others", "prediction"):  # cached properties that depend only on the motion
+        for name in ("_rigid", "_others", "_trees"):  # cached properties that depend only on the motion
             other.__dict__[name] = getattr(self, name)
         return other
 
@@ -160,7 +169,7 @@ class Reading:
         elif np.all(factor == factor[0]):
             unpredicted = self.coupled
         else:
-            unpredicted = self.prediction.coupled(self.log.effort * factor)
+            unpredicted = self.shares(BlockPrediction.coupled, self.log.effort * factor)
         return -0.5 * self.pieces * np.log(unpredicted + RESOLVED)
 
     def by_masses(self, factor: np.ndarray) -> np.ndarray:

@@ -117,11 +117,10 @@ class LogFacts:
         """Indices of the joints that move; the others carry no information."""
         return np.flatnonzero(self.log.moving).tolist()
 
-    def where(self, joints: Mapping[int, float] | int, usual: float = 1.0) -> np.ndarray:
-        """Given numbers for some joints, and `usual` for the others, shape (n,)."""
-        values = np.full(self.robot.dof, usual)
-        for joint, value in joints.items() if isinstance(joints, Mapping) else ((joints, -1.0),):
-            values[joint] = value
+    def where(self, joints: Mapping[int, float]) -> np.ndarray:
+        """Numbers of some joints, and 1 for the others, shape (n,)."""
+        values = np.ones(self.robot.dof)
+        values[list(joints)] = list(joints.values())
         return values
 
     def usual(self, change: Change) -> float:

@@ -102,7 +102,7 @@ def turned_positions(facts: LogFacts) -> Iterator[Case]:
     """Wrong sign of the position of one joint."""
     for j in facts.moving:
         words = f"the position of {facts.joints[j]} has the opposite sign"
-        yield words, Change(scale=facts.where(j)), (j,)
+        yield words, Change(scale=facts.where({j: -1.0})), (j,)
 
 
 def other_angles(facts: LogFacts) -> Iterator[Case]:
