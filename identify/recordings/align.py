@@ -118,12 +118,7 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
 
 
 def aligned(recording: Recording, run: Recording) -> Recording:
-    """A recording on the clock of a run, with the payload, trajectory and settings of the run.
-
-    Raises:
-        DifferentRobot: The joints differ.
-        RecordingError: There is no common motion, the runs differ, or the motion repeats itself.
-    """
+    """A recording on the clock of a run, with the payload, trajectory and settings of the run."""
     alignment = align(recording, run)
     signals = {
         name: Signal(signal.time + alignment.offset, signal.values)
@@ -258,6 +253,5 @@ def follows_by(command: Signal, position: Signal) -> float:
 
 def _distance(command: Signal, time: np.ndarray, values: np.ndarray) -> float:
     """Sum of squared differences between positions and commands, less the mean of each joint [rad^2]."""
-    commanded = np.column_stack([np.interp(time, command.time, joint) for joint in command.values.T])
-    away = values - commanded
+    away = values - command.at(time)
     return float(np.sum((away - away.mean(axis=0)) ** 2))

@@ -47,9 +47,6 @@ def without_incomplete(recording: Recording, where: str) -> Recording:
     """The recording without samples of positions and efforts that lack a joint; a warning counts them.
 
     A joint without any number is handled by the checks. `where` is the name of the log in messages.
-
-    Raises:
-        NotFinite: Fewer than two samples have all joints.
     """
     complete, warnings = {}, []
     for name in (name for name in NEEDED if name in recording.signals):

@@ -118,10 +118,6 @@ def factors(
 
     There is one unit for all joints or one per joint; an empty unit is that in `si`. Shares of travel need
     limits.
-
-    Raises:
-        WrongShape: There is not one unit per joint.
-        BadUnit: A unit is unknown, belongs to another quantity, or is a share of an unlimited travel.
     """
     each = [units] * len(si) if isinstance(units, str) else units
     if len(each) != len(si):
@@ -163,10 +159,6 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
 
     Motors turn by ratio * (coupling @ joints); by virtual work, joints get coupling^T @ (ratio * torque).
     `motor_side` names the signals of the motors; True stands for all of `BEFORE_GEAR`.
-
-    Raises:
-        UnknownKey: A name is not a signal of a motor.
-        RecordingError: The robot has no gears.
     """
     if isinstance(motor_side, bool):
         motor_side = BEFORE_GEAR if motor_side else ()
@@ -195,9 +187,6 @@ def to_axes_of_robot(
         recording: Recording in the controller's coordinates.
         sign: 1 or -1 per joint; by default all 1.
         zero: Position in the robot's description at the controller's zero, one per joint [rad; m].
-
-    Raises:
-        WrongShape: There is not one value per joint, or a sign is neither 1 nor -1.
     """
     n = recording.robot.dof
     signs = np.ones(n) if sign is None else np.asarray(sign, float)

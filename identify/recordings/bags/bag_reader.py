@@ -69,13 +69,7 @@ class Content:
 
 
 def read_bag(source: Path) -> Content:
-    """Read a bag.
-
-    Raises:
-        NotAFile: The bag cannot be read, or has no joint states.
-        BadTime: A time stamp is beyond the years 1970 to 2262.
-        MissingPackage: rosbags is not installed.
-    """
+    """Read a bag."""
     optional("rosbags.highlevel", "a ROS bag", "ros2")  # so that this process reports a missing package
     content = call_reader(f"{__name__}:read_messages", "rosbags or mcap", _folder(source))
     groups = [Group(**group | {"names": tuple(group["names"])}) for group in content["groups"]]
@@ -90,12 +84,7 @@ def _folder(source: Path) -> Path:
 
 
 def read_messages(source: str) -> dict[str, Any]:
-    """Messages of a bag, as fields of `Content`; this runs in the separate process.
-
-    Raises:
-        NotAFile: The bag cannot be read, or has no joint states.
-        BadTime: A time stamp is beyond the years 1970 to 2262.
-    """
+    """Messages of a bag, as fields of `Content`; this runs in the separate process."""
     bag = Bag(Path(source))
     states: dict[tuple[str, str, tuple[str, ...]], list[BagMessage]] = {}
     arrays: dict[str, list[BagMessage]] = {}

@@ -158,3 +158,10 @@ def event_message(event: Event) -> bytes:
     level = LEVELS.get(event.kind, cdr.INFO)
     details = json.dumps(dict(event.details)) if event.details else ""
     return cdr.log_message(stamp, level, NAME + event.kind, event.text, details)
+
+
+def event_of(body: bytes, time: float) -> Event:
+    """Event at a time [s] of a message from `event_message`; ValueError if the message is damaged."""
+    message = cdr.read_log(body)
+    details = json.loads(message.function) if message.function else {}
+    return Event(time, message.name.removeprefix(NAME), message.text, details)

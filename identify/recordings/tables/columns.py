@@ -205,11 +205,7 @@ class Columns:
         return (begin, len(array)) if consecutive and len(array) > len(names) else None
 
     def _of_arm(self, signal: str, places: list[int], block: tuple[int, int] | None) -> list[int]:
-        """Columns of this arm in an array that may have more columns than the arm has joints.
-
-        Raises:
-            WrongShape: The array has more columns, and the positions do not show which belong to this arm.
-        """
+        """Columns of this arm in an array that may have more columns than the arm has joints."""
         names = [self.table.names[place] for place in places if place >= 0]
         array = columns_of_array(self.table.names, names[0])
         if len(array) <= self.robot.dof or not set(names) <= set(array):
