@@ -67,11 +67,6 @@ class Evidence:
         return np.logaddexp(self._explained[self.kind], self._spoiled)
 
     @property
-    def unpredicted(self) -> np.ndarray:
-        """Share of each effort's variance that bodies of any mass do not predict, shape (n,)."""
-        return np.asarray(np.exp(-2.0 * self.by_bodies / self.pieces) - RESOLVED)
-
-    @property
     def room(self) -> np.ndarray:
         """Possible gain in log-likelihood of each effort up to a perfect prediction, shape (n,)."""
         perfect = -0.5 * self.pieces * np.log(PERFECT + RESOLVED)
@@ -178,14 +173,14 @@ class Reading:
         each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
         return np.array(each).T
 
-    def at_best(self, by_masses: np.ndarray, factor: np.ndarray | None) -> Evidence:
-        """Evidence of efforts times a factor (n,) if the masses added `by_masses`, shape (k, n)."""
-        factor = np.ones(self.model.robot.dof) if factor is None else factor
-        return Evidence(self.by_bodies(factor), by_masses, self.pieces, True)
+    def evidence(self, factor: np.ndarray | None = None, at_best: np.ndarray | None = None) -> Evidence:
+        """Evidence of the efforts, each times a factor (n,) with its sign.
 
-    def evidence(self, factor: np.ndarray | None = None) -> Evidence:
-        """Evidence of the efforts, each times a factor (n,) with its sign."""
+        If `at_best`, shape (k, n), is what the described masses may add at most, it is an upper bound.
+        """
         factor = np.ones(self.model.robot.dof) if factor is None else factor
+        if at_best is not None:
+            return Evidence(self.by_bodies(factor), at_best, self.pieces, True)
         drawn = described(self.model.robot)
         return Evidence(self.by_bodies(factor), self.by_masses(factor), self.pieces, drawn)
 

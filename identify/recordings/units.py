@@ -10,32 +10,24 @@ from ..arm.robot import Limits
 from ..errors import BadUnit, RecordingError, UnknownKey, WrongShape
 from .recording import Recording, Signal
 
+FACTORS: dict[str, dict[str, float]] = {
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "turn": 2 * np.pi},
+    "rad/s": {"rad/s": 1.0, "deg/s": np.pi / 180, "rpm": np.pi / 30, "turn/s": 2 * np.pi},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3},
+    "A": {"A": 1.0, "mA": 1e-3},
+    "N m": {"N m": 1.0, "mN m": 1e-3, "N mm": 1e-3},
+    "N": {"N": 1.0},
+    "degC": {"degC": 1.0, "K": 1.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+}
+"""Unit of `SIGNALS` -> units of that quantity, and their factors."""
+OFFSETS = {"K": -273.15}
+"""Unit whose zero is another -> offset of the conversion."""
 UNITS: dict[str, tuple[str, float, float]] = {
-    "rad": ("rad", 1.0, 0.0),
-    "mrad": ("rad", 1e-3, 0.0),
-    "deg": ("rad", np.pi / 180, 0.0),
-    "turn": ("rad", 2 * np.pi, 0.0),
-    "rad/s": ("rad/s", 1.0, 0.0),
-    "deg/s": ("rad/s", np.pi / 180, 0.0),
-    "rpm": ("rad/s", np.pi / 30, 0.0),
-    "turn/s": ("rad/s", 2 * np.pi, 0.0),
-    "m": ("m", 1.0, 0.0),
-    "cm": ("m", 1e-2, 0.0),
-    "mm": ("m", 1e-3, 0.0),
-    "m/s": ("m/s", 1.0, 0.0),
-    "mm/s": ("m/s", 1e-3, 0.0),
-    "A": ("A", 1.0, 0.0),
-    "mA": ("A", 1e-3, 0.0),
-    "N m": ("N m", 1.0, 0.0),
-    "mN m": ("N m", 1e-3, 0.0),
-    "N mm": ("N m", 1e-3, 0.0),
-    "N": ("N", 1.0, 0.0),
-    "degC": ("degC", 1.0, 0.0),
-    "K": ("degC", 1.0, -273.15),
-    "s": ("s", 1.0, 0.0),
-    "ms": ("s", 1e-3, 0.0),
-    "us": ("s", 1e-6, 0.0),
-    "ns": ("s", 1e-9, 0.0),
+    unit: (si, factor, OFFSETS.get(unit, 0.0))
+    for si, factors_of_units in FACTORS.items()
+    for unit, factor in factors_of_units.items()
 }
 """Unit -> corresponding unit of `SIGNALS`, and factor and offset of the conversion."""
 
@@ -137,7 +129,7 @@ def factors(
 def units_of(si: str) -> list[str]:
     """Names of the valid units of a quantity, including `si`."""
     travel = {"rad": list(TRAVEL), "m": list(TRAVEL), "rad/s": [PER_SECOND], "m/s": [PER_SECOND]}
-    return [name for name, (kind, *_) in UNITS.items() if kind == si] + travel.get(si, [])
+    return [*FACTORS.get(si, ()), *travel.get(si, ())]
 
 
 def _travel_factor(wanted: str, unit: str, limits: Limits, joint: int, where: str) -> tuple[float, float]:
