@@ -120,6 +120,7 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
 def aligned(recording: Recording, run: Recording) -> Recording:
     """A recording on the clock of a run, with the payload, trajectory and settings of the run."""
     alignment = align(recording, run)
+    known = {"aligned to": run.name, "clock offset": str(alignment)}
     signals = {
         name: Signal(signal.time + alignment.offset, signal.values)
         for name, signal in recording.signals.items()
@@ -131,12 +132,7 @@ def aligned(recording: Recording, run: Recording) -> Recording:
         run,
         name=recording.name,
         signals=signals,
-        settings={
-            **run.settings,
-            **recording.settings,
-            "aligned to": run.name,
-            "clock offset": str(alignment),
-        },
+        settings={**run.settings, **recording.settings, **known},
         host_time=_host_time(run, signals["position"].time),
         timing=None,
         warnings=(*run.warnings, *recording.warnings),

@@ -19,11 +19,7 @@ from ..errors import RobotError
 from .toml_fields import check_keys, read_text, string, strings
 
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
-LOAD = {
-    "load_friction_base": 2.0,
-    "load_friction_motor": 1.0,
-    "load_friction_external": 1.0,
-}
+LOAD = {"load_friction_base": 2.0, "load_friction_motor": 1.0, "load_friction_external": 1.0}
 """Load coefficient of BAM -> its share in the coefficient of `LoadDependentFriction`."""
 NO_EFFECT = (
     "load_friction_stribeck",

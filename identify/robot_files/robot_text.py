@@ -35,11 +35,7 @@ TOO_SHORT = 1e-3
 def model_text(model: Model) -> str:
     """A robot.toml with the kinematics, limits, drives, effects, measurements and priors of a model."""
     robot = model.robot
-    head: dict[str, Any] = {
-        "format": FORMAT,
-        "name": robot.name,
-        "gravity": robot.gravity,
-    }
+    head: dict[str, Any] = {"format": FORMAT, "name": robot.name, "gravity": robot.gravity}
     if robot.held:
         head["held"] = robot.held
     if robot.inertias_stated:
