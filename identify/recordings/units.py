@@ -104,18 +104,14 @@ def percent_of_travel(limits: Limits, lowest: float | np.ndarray = -100.0) -> tu
 
 
 def factors(
-    si: Sequence[str], units: str | Sequence[str], where: str, limits: Limits | None = None
+    si: Sequence[str], units: Sequence[str], where: str, limits: Limits | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Factors and offsets, shape (n,) each, from units to the n units in `si`.
+    """Factors and offsets, shape (n,) each, from the units of n joints to those in `si`; "" is that in `si`.
 
-    There is one unit for all joints or one per joint; an empty unit is that in `si`. Shares of travel need
-    limits.
+    Shares of travel need limits. The error is about a unit that is unknown or that of another quantity.
     """
-    each = [units] * len(si) if isinstance(units, str) else units
-    if len(each) != len(si):
-        raise WrongShape(f"{where}: {len(each)} units, but there are {len(si)} joints")
     pairs = []
-    for joint, (wanted, unit) in enumerate(zip(si, each, strict=True)):
+    for joint, (wanted, unit) in enumerate(zip(si, units, strict=True)):
         entry = unit_named(unit or wanted)
         if limits is not None and _bare(unit) in (*TRAVEL, PER_SECOND):
             pairs.append(_travel_factor(wanted, _bare(unit), limits, joint, where))

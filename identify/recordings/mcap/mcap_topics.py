@@ -135,9 +135,7 @@ def timing_topic(stages: Sequence[str]) -> Topic:
 
 def timing_messages(timing: Timing) -> np.ndarray:
     """One message per cycle, shape (t,)."""
-    records = np.repeat(cdr.double_array(len(TIMING_FIELDS)), len(timing))
-    records["data"] = np.stack([getattr(timing, name) for name in TIMING_FIELDS], axis=1)
-    return records
+    return state_messages(np.stack([getattr(timing, name) for name in TIMING_FIELDS], axis=1))
 
 
 def state_topic(words: Mapping[str, Mapping[int, str]]) -> Topic:

@@ -125,11 +125,12 @@ class Columns:
                 places = [self._place(names, quantities, reserved) for names in choices]
             if signal in stated or signal == "position":
                 self._require_all(signal, choices, places, where)
-            if (
-                max(places) >= 0
-                and self._follows(stated.get(signal, ""), signal in chosen, block)
-                and not self.table.joints
-            ):
+            names = stated.get(signal, "")
+            # The columns of its array may have to be those that correspond to the positions.
+            follows = isinstance(names, str) and (
+                signal not in chosen or (block is not None and "{" not in names)
+            )
+            if max(places) >= 0 and follows and not self.table.joints:
                 places = self._of_arm(signal, places, block)
             if max(places) >= 0:
                 self._note_doubles(signal, places)
@@ -189,11 +190,6 @@ class Columns:
         first, last = (pattern.replace("{number}", str(number)) for number in (0, self.robot.dof))
         from_zero = self._index.place([first]) >= 0 > self._index.place([last])
         return [number - from_zero for number in self._numbers]
-
-    @staticmethod
-    def _follows(names: Names, chosen: bool, block: tuple[int, int] | None) -> bool:
-        """Whether a signal takes the columns of its array that correspond to those of the positions."""
-        return isinstance(names, str) and (not chosen or (block is not None and "{" not in names))
 
     def _block(self, names: Names) -> tuple[int, int] | None:
         """First place of the positions in a larger array, and its size; None if there is no such array."""

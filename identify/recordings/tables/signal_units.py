@@ -183,7 +183,7 @@ def stamped(
     if scale is None:
         entry = unit_named(stated or "s")
         of_another = not preset_unit and (entry is None or entry[0] != "s")
-        scale = float(factors(["s"], "" if of_another else stated, f"{preset.name or source}: time")[0][0])
+        scale = float(factors(["s"], ["" if of_another else stated], f"{preset.name or source}: time")[0][0])
     return table, reading.numbers(times[:, None], f"{preset.name}: time")[:, 0] * scale, facts
 
 
