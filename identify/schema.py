@@ -1,9 +1,10 @@
 """Schemas that check files before use: exidyn wrote them, but a person may have edited them.
 
 A schema is a frozen `msgspec.Struct`. Its annotations are the types and ranges of single values; its
-`__post_init__` checks that fields agree with each other, with the `check_` functions here;
-`forbid_unknown_fields` refuses unknown keys. An error is one line with the file, the field, what was
-expected, and the value. Errors in TOML files are a `RobotError` and use the terms of TOML.
+`__post_init__` checks that fields agree with each other, with the `check_` functions here, which raise a
+`Disagreement` about the first wrong value; `forbid_unknown_fields` refuses unknown keys. An error is one line
+with the file, the field, what was expected, and the value. Errors in TOML files are a `RobotError` and use
+the terms of TOML.
 """
 
 import re
@@ -161,41 +162,25 @@ def shown(value: object) -> str:
 
 
 def check(holds: bool, field: str, value: object, expected: str) -> None:
-    """Refuse a field that does not agree with the others.
-
-    Raises:
-        Disagreement: `holds` is false.
-    """
+    """Refuse a field that does not agree with the others."""
     if not holds:
         raise Disagreement(f"{field}: expected {expected}; found {shown(value)}")
 
 
 def check_length(values: Sized | None, field: str, length: int, description: str) -> None:
-    """Refuse a list whose length differs from `length`; None, for a missing list, passes.
-
-    Raises:
-        Disagreement: The length differs; the message names the field and both lengths.
-    """
+    """Refuse a list whose length differs from `length`; None, for a missing list, passes."""
     if values is not None and len(values) != length:
         raise Disagreement(f"{field}: expected {length} values, {description}; found {len(values)}")
 
 
 def check_rows(rows: Sequence[Sized] | None, field: str, width: int, description: str) -> None:
-    """Refuse a table with a row whose length differs from `width`.
-
-    Raises:
-        Disagreement: A length differs; the message names the first such row.
-    """
+    """Refuse a table with a row whose length differs from `width`."""
     for place, row in enumerate(rows or ()):
         check_length(row, f"{field}[{place}]", width, description)
 
 
 def check_different(values: Sequence[Any], field: str) -> None:
-    """Refuse a list with repeated values.
-
-    Raises:
-        Disagreement: A value is repeated; the message names the first.
-    """
+    """Refuse a list with repeated values."""
     seen: set[Any] = set()
     for place, value in enumerate(values):
         check(value not in seen, f"{field}[{place}]", value, "a value not listed before")
@@ -203,31 +188,19 @@ def check_different(values: Sequence[Any], field: str) -> None:
 
 
 def check_known(values: Sequence[Any], field: str, known: Collection[Any], expected: str) -> None:
-    """Refuse a list with unknown values.
-
-    Raises:
-        Disagreement: A value is unknown; the message names the first.
-    """
+    """Refuse a list with unknown values."""
     for place, value in enumerate(values):
         check(value in known, f"{field}[{place}]", value, expected)
 
 
 def check_joints(numbers: Sequence[int], field: str, count: int) -> None:
-    """Refuse joint numbers that are repeated, or not between 1 and the number of joints, `count`.
-
-    Raises:
-        Disagreement: A number is wrong; the message names the first.
-    """
+    """Refuse joint numbers that are repeated, or not between 1 and the number of joints, `count`."""
     check_known(numbers, field, range(1, count + 1), f"the number of a joint, from 1 to {count}")
     check_different(numbers, field)
 
 
 def check_covariance(rows: Sequence[Sequence[float]], field: str) -> None:
-    """Refuse a matrix (n, n) that is not a covariance.
-
-    Raises:
-        Disagreement: A variance below zero, asymmetry, a correlation beyond one, an eigenvalue below zero.
-    """
+    """Refuse a matrix (n, n) that is not a covariance."""
     matrix = np.array(rows, float).reshape(len(rows), len(rows))
     variance = np.diag(matrix)
     for k in np.flatnonzero(variance < 0.0)[:1]:

@@ -10,7 +10,7 @@ Each block is predicted from the others in two ways: `coupled` uses one :math:`\
 stated gains; `single` uses a separate :math:`\beta` for each joint, so that its gain is free.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -38,13 +38,13 @@ NOTHING = 1e-12
 """Size of a column, relative to the largest, below which it counts as zero."""
 
 
-def friction_columns(motion: Motion, joint: int) -> np.ndarray:
+def _friction_columns(motion: Motion, joint: int) -> np.ndarray:
     """Unit rotor inertia, viscous and Coulomb friction of a joint, shape (t, 3)."""
     velocity = motion.velocity[:, joint]
     return np.stack([motion.acceleration[:, joint], velocity, np.sign(velocity)], axis=1)
 
 
-def discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
+def _discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
     """Torque that depends on a joint's position, direction and speed, and on its neighbors, shape (t, k)."""
     position, velocity = motion.position[:, joint], motion.velocity[:, joint]
     direction = np.sign(velocity)
@@ -57,6 +57,12 @@ def discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
     for k in neighbors:
         columns += [motion.velocity[:, k], np.sign(motion.velocity[:, k])]
     return np.stack(columns, axis=1)
+
+
+def joint_columns(motion: Motion, joint: int) -> np.ndarray:
+    """Terms of a joint alone: rotor and friction, offset, and discrepancy, shape (t, q)."""
+    friction = _friction_columns(motion, joint)
+    return np.hstack([friction, np.ones((len(motion), 1)), _discrepancy_columns(motion, joint)])
 
 
 class Block(NamedTuple):
@@ -78,52 +84,6 @@ class Block(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ArmPrediction:
-    """Separate predictions for each tree of bodies on the base: the legs of a robot are independent.
-
-    Attributes:
-        trees: Joints of each tree, and the prediction for these joints.
-    """
-
-    trees: tuple[tuple[np.ndarray, "BlockPrediction"], ...]
-
-    @classmethod
-    def of(cls, columns: np.ndarray, log: Sampled) -> "ArmPrediction":
-        """Prediction from columns (t, n, p) of bodies and stated effects at the samples of a log."""
-        prediction = BlockPrediction.of(columns, log)
-        used = np.asarray(prediction.bodies.any(axis=1))
-        number, labels = connected_components(used.astype(int) @ used.T.astype(int), directed=False)
-        trees = []
-        for tree in range(number):
-            joints = np.flatnonzero(labels == tree)
-            bodies = np.ascontiguousarray(prediction.bodies[joints][:, :, used[joints].any(axis=0)])
-            trees.append(
-                (joints, BlockPrediction(bodies, prediction.terms[joints], prediction.sliding[:, joints]))
-            )
-        return cls(tuple(trees))
-
-    def coupled(self, effort: np.ndarray) -> np.ndarray:
-        """Unpredicted share of each effort (t, n) with common bodies for all joints, shape (n,)."""
-        return self._each(effort, BlockPrediction.coupled)
-
-    def single(self, effort: np.ndarray) -> np.ndarray:
-        """Unpredicted share of each effort (t, n) with separate bodies for each joint, shape (n,)."""
-        return self._each(effort, BlockPrediction.single)
-
-    def fitted(self, effort: np.ndarray) -> np.ndarray:
-        """Residual share of each effort (t, n) after a fit of each joint to all samples, shape (n,)."""
-        return self._each(effort, BlockPrediction.fitted)
-
-    def _each(
-        self, effort: np.ndarray, method: Callable[["BlockPrediction", np.ndarray], np.ndarray]
-    ) -> np.ndarray:
-        shares = np.zeros(effort.shape[1])
-        for joints, prediction in self.trees:
-            shares[joints] = method(prediction, effort[:, joints])
-        return shares
-
-
-@dataclass(frozen=True)
 class BlockPrediction:
     """Columns of a motion for the prediction of efforts.
 
@@ -141,7 +101,7 @@ class BlockPrediction:
     def of(cls, columns: np.ndarray, log: Sampled) -> "BlockPrediction":
         """Prediction from columns (t, n, p) of bodies and stated effects at the samples of a log."""
         n, sliding = columns.shape[1], log.sliding.astype(float)
-        parts = [_terms(log.motion, j) * sliding[:, j : j + 1] for j in range(n)]
+        parts = [joint_columns(log.motion, j) * sliding[:, j : j + 1] for j in range(n)]
         width = max(part.shape[1] for part in parts)
         terms = np.stack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in parts])
         size = np.sqrt((terms**2).mean(axis=1, keepdims=True))
@@ -238,9 +198,20 @@ class BlockPrediction:
         return np.minimum(missed / np.maximum((values**2).sum(axis=(1, 2)), NOTHING), 1.0)
 
 
-def _terms(motion: Motion, joint: int) -> np.ndarray:
-    friction = friction_columns(motion, joint)
-    return np.hstack([friction, np.ones((len(friction), 1)), discrepancy_columns(motion, joint)])
+Trees = list[tuple[np.ndarray, BlockPrediction]]
+"""Joints of each tree of bodies on the base, and their prediction: the legs of a robot are independent."""
+
+
+def trees_of(columns: np.ndarray, log: Sampled) -> Trees:
+    """Predictions of a robot from columns (t, n, p) of bodies and stated effects at the samples of a log."""
+    whole = BlockPrediction.of(columns, log)
+    used = np.asarray(whole.bodies.any(axis=1))
+    number, labels = connected_components(used.astype(int) @ used.T.astype(int), directed=False)
+    trees = []
+    for joints in (np.flatnonzero(labels == tree) for tree in range(number)):
+        bodies = np.ascontiguousarray(whole.bodies[joints][:, :, used[joints].any(axis=0)])
+        trees.append((joints, BlockPrediction(bodies, whole.terms[joints], whole.sliding[:, joints])))
+    return trees
 
 
 def _products(bodies: np.ndarray, terms: np.ndarray) -> list[np.ndarray]:

@@ -70,15 +70,10 @@ def signal_of(name: str) -> str:
 
 
 def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str] = ()) -> list[str]:
-    """Joints that column names show to be in the log.
+    """Joints that column names show to be in the log, which may lack some of the robot's.
 
     These are the joints with named columns of position and effort; if there are none, the joints with one of
-    the two; else all.
-
-    Args:
-        names: Names of all columns.
-        joints: Names of the joints; a log may contain only some of them.
-        numbered: Names of the joints that the numbers from 1 stand for, if the log states them.
+    the two; else all. `numbered` are the joints that the numbers from 1 stand for, if the log states them.
     """
     having: dict[str, set[str]] = {}
     for name in names:

@@ -18,7 +18,7 @@ from ..arm.robot import Robot
 from ..effects import Effect
 from ..effects.rigid_body import inertial_parameters, inertial_priors
 from ..model import Model
-from .block_prediction import discrepancy_columns, friction_columns
+from .block_prediction import joint_columns
 from .samples import Sampled, independent
 
 DRAWN = 0.3
@@ -215,12 +215,8 @@ def likelihoods(
             angle = log.motion.position[rows, j]
             balancer = BALANCED * torque.std() * np.stack([np.sin(angle), np.cos(angle)], axis=1)
             errors = np.hstack([errors, balancer])
-        motion = log.motion
-        free = [friction_columns(motion, j), np.ones((len(motion), 1)), discrepancy_columns(motion, j)]
-        errors = errors[:, errors.any(axis=0)]
-        each.append(
-            Likelihood.of(log.effort[rows, j], torque, errors, np.hstack(free)[rows], float(noise[j]))
-        )
+        errors, free = errors[:, errors.any(axis=0)], joint_columns(log.motion, j)[rows]
+        each.append(Likelihood.of(log.effort[rows, j], torque, errors, free, float(noise[j])))
     return each
 
 

@@ -34,30 +34,23 @@ def turned_efforts(count: int) -> Callable[[LogFacts], Iterator[Case]]:
     def cases(facts: LogFacts) -> Iterator[Case]:
         for joints in combinations(facts.moving, count) if count < len(facts.moving) else ():
             names = " and ".join(facts.joints[j] for j in joints)
-            words = (
-                "the effort of {} has the opposite sign"
-                if count == 1
-                else "the efforts of {} have the opposite sign"
-            )
-            yield words.format(names), Change(factor=facts.where(dict.fromkeys(joints, -1.0))), joints
+            words = f"the effort of {names} has" if count == 1 else f"the efforts of {names} have"
+            change = Change(factor=facts.where(dict.fromkeys(joints, -1.0)))
+            yield f"{words} the opposite sign", change, joints
 
     return cases
 
 
 def all_turned(facts: LogFacts) -> Iterator[Case]:
     """Wrong sign of all efforts."""
-    yield (
-        "all efforts have the opposite sign",
-        Change(factor=-np.ones(facts.robot.dof)),
-        tuple(facts.moving),
-    )
+    yield facts.of_all("all efforts have the opposite sign", Change(factor=-np.ones(facts.robot.dof)))
 
 
 def effort_units(facts: LogFacts) -> Iterator[Case]:
     """Efforts of all joints in another unit."""
     for factor, unit in UNITS.items():
         change = Change(factor=np.full(facts.robot.dof, factor))
-        yield f"the efforts are in {unit}{_off(facts)}", change, tuple(facts.moving)
+        yield facts.of_all(f"the efforts are in {unit}{_off(facts)}", change)
 
 
 def one_effort_unit(facts: LogFacts) -> Iterator[Case]:
@@ -77,7 +70,7 @@ def unknown_unit(facts: LogFacts) -> Iterator[Case]:
         words = (
             f"the efforts are in an unstated unit, off by a factor of about {digits(common, 2)}{_off(facts)}"
         )
-        yield words, Change(factor=np.full(facts.robot.dof, common)), tuple(facts.moving)
+        yield facts.of_all(words, Change(factor=np.full(facts.robot.dof, common)))
 
 
 def effort_groups(facts: LogFacts) -> Iterator[Case]:
@@ -115,14 +108,11 @@ def torque_constants(facts: LogFacts) -> Iterator[Case]:
         return
     size = np.abs(facts.constants)
     if facts.torques:
-        yield (
-            "the torques are currents, since no torque constant was applied",
-            Change(factor=size),
-            tuple(facts.moving),
-        )
+        words = "the torques are currents, since no torque constant was applied"
+        yield facts.of_all(words, Change(factor=size))
     words = "the currents already are torques" if not facts.torques else "the torques were multiplied"
     twice = f"{words}, so the torque constant was applied twice"
-    yield twice, Change(factor=1.0 / size), tuple(facts.moving)
+    yield facts.of_all(twice, Change(factor=1.0 / size))
 
 
 def motor_side(facts: LogFacts) -> Iterator[Case]:
@@ -132,7 +122,7 @@ def motor_side(facts: LogFacts) -> Iterator[Case]:
     stated = np.abs(facts.robot.gear_ratio)
     for ratio in [stated] if np.any(stated != 1.0) else [np.full(facts.robot.dof, ratio) for ratio in GEARS]:
         words = f"the torques are motor torques before gears of ratio {digits(float(np.median(ratio)), 2)}"
-        yield words, Change(factor=ratio), tuple(facts.moving)
+        yield facts.of_all(words, Change(factor=ratio))
 
 
 def servo_gains(facts: LogFacts) -> Iterator[Case]:
@@ -143,25 +133,22 @@ def servo_gains(facts: LogFacts) -> Iterator[Case]:
         said = ", ".join(f"{digits(gains[j], 3)} ({facts.joints[j]})" for j in np.flatnonzero(known))
         stated = digits(float(np.median(facts.constants)), 4)
         factor = np.where(known, facts.ratio, np.median(facts.ratio[known]))
-        yield (
-            f"the stated servo gain is {stated} N m/rad, but the bodies require {said}",
-            Change(factor=factor),
-            tuple(np.flatnonzero(known).tolist()),
-        )
+        words = f"the stated servo gain is {stated} N m/rad, but the bodies require {said}"
+        yield words, Change(factor=factor), tuple(np.flatnonzero(known).tolist())
 
 
 def another_arm(facts: LogFacts) -> Iterator[Case]:
     """Another arm or other drives, with arbitrary gains and masses."""
     change = Change(factor=np.full(facts.robot.dof, np.nan))
     words = f"another arm than {facts.robot.name} was recorded, or one with other drives"
-    yield words, change, tuple(facts.moving)
+    yield facts.of_all(words, change)
 
 
 def no_gravity(facts: LogFacts) -> Iterator[Case]:
     """Efforts without gravity torque."""
     if np.any(facts.robot.gravity):
         words = "the efforts do not include the weight of the arm, so gravity is compensated"
-        yield words, Change(gravity=np.zeros(3)), tuple(facts.moving)
+        yield facts.of_all(words, Change(gravity=np.zeros(3)))
 
 
 def upside_down(facts: LogFacts) -> Iterator[Case]:
@@ -170,14 +157,14 @@ def upside_down(facts: LogFacts) -> Iterator[Case]:
     if size > 0 and len(facts.moving) > 1:
         direction = direction_words(-facts.robot.gravity / size)
         words = f"gravity points along {direction} of the base, opposite to the description"
-        yield words, Change(gravity=-facts.robot.gravity), tuple(facts.moving)
+        yield facts.of_all(words, Change(gravity=-facts.robot.gravity))
 
 
 def of_gravity(facts: LogFacts, gravity: np.ndarray) -> Iterator[Case]:
     """A mounting that differs from the description."""
     direction = gravity / np.linalg.norm(gravity)
     words = f"gravity points along {direction_words(direction)} of the base"
-    yield words, Change(gravity=gravity), tuple(facts.moving)
+    yield facts.of_all(words, Change(gravity=gravity))
 
 
 def direction_words(direction: np.ndarray) -> str:

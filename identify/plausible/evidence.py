@@ -5,6 +5,7 @@ unlisted cause (an effect, a damaged sensor) affects the joint; its unpredicted 
 every hypothesis. So no hypothesis wins by explaining a joint slightly less badly.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from ..arm.rigid_regressor import rigid_regressor
 from ..model import Model
-from .block_prediction import ArmPrediction
+from .block_prediction import BlockPrediction, Trees, trees_of
 from .described_bodies import ANY, KINDS, Likelihood, Masses, Stated, described, likelihoods, mean_of_logs
 from .samples import Sampled
 
@@ -66,11 +67,6 @@ class Evidence:
         return np.logaddexp(self._explained[self.kind], self._spoiled)
 
     @property
-    def unpredicted(self) -> np.ndarray:
-        """Share of each effort's variance that bodies of any mass do not predict, shape (n,)."""
-        return np.asarray(np.exp(-2.0 * self.by_bodies / self.pieces) - RESOLVED)
-
-    @property
     def room(self) -> np.ndarray:
         """Possible gain in log-likelihood of each effort up to a perfect prediction, shape (n,)."""
         perfect = -0.5 * self.pieces * np.log(PERFECT + RESOLVED)
@@ -118,19 +114,27 @@ class Reading:
         return Stated.of(self.model, self.log.motion)
 
     @cached_property
-    def prediction(self) -> ArmPrediction:
-        """Prediction from the columns of this motion."""
-        return ArmPrediction.of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
+    def _trees(self) -> Trees:
+        return trees_of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
+
+    def shares(
+        self, method: Callable[[BlockPrediction, np.ndarray], np.ndarray], effort: np.ndarray
+    ) -> np.ndarray:
+        """Share of each effort (t, n) that a method of `BlockPrediction` does not explain, shape (n,)."""
+        shares = np.zeros(effort.shape[1])
+        for joints, prediction in self._trees:
+            shares[joints] = method(prediction, effort[:, joints])
+        return shares
 
     @cached_property
     def single(self) -> np.ndarray:
         """Unpredicted share of each effort with separate bodies of any mass for each joint, shape (n,)."""
-        return self.prediction.single(self.log.effort)
+        return self.shares(BlockPrediction.single, self.log.effort)
 
     @cached_property
     def coupled(self) -> np.ndarray:
         """Unpredicted share of each effort with common bodies of any mass, shape (n,)."""
-        return self.prediction.coupled(self.log.effort)
+        return self.shares(BlockPrediction.coupled, self.log.effort)
 
     @cached_property
     def likelihoods(self) -> list[Likelihood]:
@@ -140,7 +144,7 @@ class Reading:
     def with_efforts(self, order: np.ndarray) -> "Reading":
         """Reading with the same motion and the efforts in another order (n,)."""
         other = Reading(self.model, self.log._replace(effort=self.log.effort[:, order]), self.stated)
-        for name in ("_rigid", "_others", "prediction"):  # cached properties that depend only on the motion
+        for name in ("_rigid", "_others", "_trees"):  # cached properties that depend only on the motion
             other.__dict__[name] = getattr(self, name)
         return other
 
@@ -160,7 +164,7 @@ class Reading:
         elif np.all(factor == factor[0]):
             unpredicted = self.coupled
         else:
-            unpredicted = self.prediction.coupled(self.log.effort * factor)
+            unpredicted = self.shares(BlockPrediction.coupled, self.log.effort * factor)
         return -0.5 * self.pieces * np.log(unpredicted + RESOLVED)
 
     def by_masses(self, factor: np.ndarray) -> np.ndarray:
@@ -169,14 +173,14 @@ class Reading:
         each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
         return np.array(each).T
 
-    def at_best(self, by_masses: np.ndarray, factor: np.ndarray | None) -> Evidence:
-        """Evidence of efforts times a factor (n,) if the masses added `by_masses`, shape (k, n)."""
-        factor = np.ones(self.model.robot.dof) if factor is None else factor
-        return Evidence(self.by_bodies(factor), by_masses, self.pieces, True)
+    def evidence(self, factor: np.ndarray | None = None, at_best: np.ndarray | None = None) -> Evidence:
+        """Evidence of the efforts, each times a factor (n,) with its sign.
 
-    def evidence(self, factor: np.ndarray | None = None) -> Evidence:
-        """Evidence of the efforts, each times a factor (n,) with its sign."""
+        If `at_best`, shape (k, n), is what the described masses may add at most, it is an upper bound.
+        """
         factor = np.ones(self.model.robot.dof) if factor is None else factor
+        if at_best is not None:
+            return Evidence(self.by_bodies(factor), at_best, self.pieces, True)
         drawn = described(self.model.robot)
         return Evidence(self.by_bodies(factor), self.by_masses(factor), self.pieces, drawn)
 

@@ -12,6 +12,7 @@ from ..model import Model
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
+from .block_prediction import BlockPrediction
 from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
@@ -98,7 +99,7 @@ def _suspicion(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> S
 
 def _none_of_these(parts: Sequence[Reading], facts: LogFacts) -> Suspicion | None:
     """Suspicion of an unlisted mistake if most joints are not explained at all."""
-    share = np.mean([part.prediction.fitted(part.log.effort) for part in parts], axis=0)
+    share = np.mean([part.shares(BlockPrediction.fitted, part.log.effort) for part in parts], axis=0)
     unexplained = [j for j in facts.moving if share[j] > UNEXPLAINED]
     if len(unexplained) < 2 or 2 * len(unexplained) <= len(facts.moving):
         return None

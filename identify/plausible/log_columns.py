@@ -187,11 +187,7 @@ def _signal_of_array(array: Sequence[str]) -> str:
 def _begin_of_arm(
     columns: Columns, array: list[str], places: Mapping[str, Sequence[int]]
 ) -> tuple[int | None, list[str]]:
-    """Index at which the arm's columns begin in an array of positions, and notes.
-
-    Raises:
-        RecordingError: The index cannot be determined.
-    """
+    """Index at which the arm's columns begin in an array of positions, and notes."""
     table, robot = columns.table, columns.robot
     if "position" in places:
         names = [table.names[place] for place in places["position"]]

@@ -84,6 +84,10 @@ def with_gravity(model: Model, gravity: np.ndarray) -> Model:
     return replace(model, robot=replace(model.robot, kinematics=kinematics))
 
 
+Case = tuple[str, Change, tuple[int, ...]]
+"""Clause on what is wrong; change that corrects the log; joints that show it."""
+
+
 @dataclass(frozen=True)
 class LogFacts:
     """Facts about one log.
@@ -117,11 +121,14 @@ class LogFacts:
         """Indices of the joints that move; the others carry no information."""
         return np.flatnonzero(self.log.moving).tolist()
 
-    def where(self, joints: Mapping[int, float] | int, usual: float = 1.0) -> np.ndarray:
-        """Given numbers for some joints, and `usual` for the others, shape (n,)."""
-        values = np.full(self.robot.dof, usual)
-        for joint, value in joints.items() if isinstance(joints, Mapping) else ((joints, -1.0),):
-            values[joint] = value
+    def of_all(self, clause: str, change: Change) -> Case:
+        """Case that all moving joints show."""
+        return clause, change, tuple(self.moving)
+
+    def where(self, joints: Mapping[int, float]) -> np.ndarray:
+        """Numbers of some joints, and 1 for the others, shape (n,)."""
+        values = np.ones(self.robot.dof)
+        values[list(joints)] = list(joints.values())
         return values
 
     def usual(self, change: Change) -> float:
@@ -137,10 +144,6 @@ class LogFacts:
             plain = encoder_odds(self.steps[turning], np.ones(int(turning.sum())))
             odds += encoder_odds(self.steps[turning], scales[turning]) - plain
         return odds
-
-
-Case = tuple[str, Change, tuple[int, ...]]
-"""Clause on what is wrong; change that corrects the log; joints that show it."""
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def orders(facts: LogFacts) -> Iterator[Case]:
     }
     for words, order in orders.items():
         if n > 2 and not np.array_equal(order, plain):
-            yield f"the columns {words}", Change(order, order), tuple(facts.moving)
+            yield facts.of_all(f"the columns {words}", Change(order, order))
 
 
 def exchanged_chains(facts: LogFacts) -> Iterator[Case]:
@@ -74,14 +74,12 @@ def exchanged_chains(facts: LogFacts) -> Iterator[Case]:
         columns = np.arange(facts.robot.dof)
         for chain, other in zip(chains, order, strict=True):
             columns[list(chain)] = chains[other]
-        names = " and ".join(_first_joint(facts, chains[k]) for k in usual if order[k] != k)
+        first = [facts.joints[chain[0]] for chain in chains]
+        names = " and ".join(first[k] for k in usual if order[k] != k)
         moved = tuple(j for k in usual if order[k] != k for j in chains[k])
-        read = ", ".join(_first_joint(facts, chains[order.index(k)]) for k in usual)
-        yield (
-            f"whole chains are exchanged: those of {names}; the log has {read}",
-            Change(columns, columns),
-            moved,
-        )
+        read = ", ".join(first[order.index(k)] for k in usual)
+        words = f"whole chains are exchanged: those of {names}; the log has {read}"
+        yield words, Change(columns, columns), moved
 
 
 def equal_chains(robot: Robot) -> list[list[int]]:
@@ -94,15 +92,11 @@ def equal_chains(robot: Robot) -> list[list[int]]:
     return chains if len(chains) > 1 and len({len(chain) for chain in chains}) == 1 else []
 
 
-def _first_joint(facts: LogFacts, chain: list[int]) -> str:
-    return facts.joints[chain[0]]
-
-
 def turned_positions(facts: LogFacts) -> Iterator[Case]:
     """Wrong sign of the position of one joint."""
     for j in facts.moving:
         words = f"the position of {facts.joints[j]} has the opposite sign"
-        yield words, Change(scale=facts.where(j)), (j,)
+        yield words, Change(scale=facts.where({j: -1.0})), (j,)
 
 
 def other_angles(facts: LogFacts) -> Iterator[Case]:
@@ -127,7 +121,7 @@ def shares_of_travel(facts: LogFacts) -> Iterator[Case]:
         numbers = np.abs(position * unit)
         if LEAST_PERCENT < numbers.max() < PERCENT:
             change = Change(scale=unit * span / 200.0, zero=middle / 2)
-            yield f"the positions are percent of each joint's travel{words}", change, tuple(facts.moving)
+            yield facts.of_all(f"the positions are percent of each joint's travel{words}", change)
 
 
 def gear_ratios(facts: LogFacts) -> Iterator[Case]:

@@ -31,11 +31,7 @@ def only_commanded(chosen: Mapping[str, Family]) -> bool:
 def with_error(
     names: Sequence[str], values: np.ndarray, chosen: Mapping[str, Family]
 ) -> tuple[list[str], np.ndarray, dict[str, Family]]:
-    """Names and values (t, c) of the columns, and families by signal, with the position error as current.
-
-    Raises:
-        RecordingError: The command columns do not contain commands.
-    """
+    """Names and values (t, c) of the columns, and families by signal, with the position error as current."""
     position, command = chosen["position"], chosen["command"]
     known = np.isfinite(values[:, [*position.places, *command.places]]).all(axis=1)
     if why := no_commands(values[known][:, command.places], values[known][:, position.places]):

@@ -93,7 +93,7 @@ def robot_toml(
     if proposal.gains and not known:
         gains = ", ".join(digits(gain.value) if gain.known else "?" for gain in proposal.gains)
         head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
-    drive = block("[drive]", {"gain": values, "gain_tolerance": tolerance}) + "\n" if known else ""
+    drive: dict[str, object] = {"gain": values, "gain_tolerance": tolerance} if known else {}
     undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.known]
     if known and undecided:
         head.append(
@@ -101,31 +101,30 @@ def robot_toml(
                 f"[drive] gain of {', '.join(undecided)} is a guess: gain_tolerance is {UNDECIDED:g}"
             )
         )
-    n = model.robot.dof
-    servo = None
-    if proposal.servo and model.robot.servo is None:
+    n, servo = model.robot.dof, model.robot.servo
+    if proposal.servo and servo is None:
         # No limit: the gain may be 50 % too large, and valid samples would then be cut off.
         servo = PositionServo(np.ones(n), np.full(n, np.inf))
-        drive = (drive or "[drive]\n") + lines(servo_keys(servo)) + "\n"
+        drive |= servo_keys(servo)
     if urdf:
-        keys: dict[str, object] = {
-            "format": 1,
-            "name": model.robot.name,
-            "mjcf" if urdf.lower().endswith(XML) else "urdf": urdf,
-        }
-        keys |= {"joints": list(joints)} if joints else {}
-        keys |= (
-            {"gravity": [float(f"{part:.3f}") + 0.0 for part in proposal.gravity]} if proposal.gravity else {}
-        )
-        body = lines(keys | ({"held": dict(held)} if held else {})) + "\n"
-        return "\n".join(head) + "\n\n" + body + (f"\n{drive}" if drive else "")
+        keys: dict[str, object] = {"format": 1, "name": model.robot.name}
+        keys["mjcf" if urdf.lower().endswith(XML) else "urdf"] = urdf
+        if joints:
+            keys["joints"] = list(joints)
+        if proposal.gravity:
+            keys["gravity"] = [float(f"{part:.3f}") + 0.0 for part in proposal.gravity]
+        if held:
+            keys["held"] = dict(held)
+        blocks = ["\n".join(head), lines(keys)]
+        if drive:
+            blocks.append(block("[drive]", drive))
+        return "\n\n".join(blocks) + "\n"
     if proposal.gravity:
         model = with_gravity(model, np.array(proposal.gravity))
     if known:
         gain, spread = np.array(values), np.array(tolerance)
         model = replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=spread))
-    if servo is not None:
-        model = replace(model, robot=replace(model.robot, servo=servo))
+    model = replace(model, robot=replace(model.robot, servo=servo))
     return "\n".join(head) + "\n\n" + model_text(model)
 
 

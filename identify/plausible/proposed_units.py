@@ -15,7 +15,7 @@ from .effort_mistakes import direction_words
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains
 from .mistake import Change, LogFacts, with_gravity
-from .samples import Sampled, sampled
+from .samples import sampled
 from .suspicion import DECIDED, Guess
 from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of
 from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, supported, weigh
@@ -46,16 +46,13 @@ class Log:
     time: np.ndarray
     values: Mapping[str, np.ndarray]
 
-    def sampled(self, unit: str) -> Sampled:
-        """Motion and effort for a unit of time, in the other units of the log."""
-        effort = next(signal for signal in EFFORT if signal in self.values)
-        return sampled(self.time * TIME[unit], self.values["position"], self.values[effort])
-
     def reading(self, model: Model, units: Units) -> Reading:
         """Reading of the log with given units of time and position."""
-        scale, zero = affine(model.robot, units.position, self.values["position"])
-        change = Change(scale=scale, zero=zero)
-        return change.read(Reading(model, self.sampled(units.time).thinned(MOST), False))
+        position = self.values["position"]
+        effort = next(self.values[signal] for signal in EFFORT if signal in self.values)
+        log = sampled(self.time * TIME[units.time], position, effort).thinned(MOST)
+        scale, zero = affine(model.robot, units.position, position)
+        return Change(scale=scale, zero=zero).read(Reading(model, log, False))
 
 
 class Proposed(NamedTuple):

@@ -17,12 +17,9 @@ RATE = "or state the sampling rate: exidyn init --rate HZ"
 
 
 def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingError:
-    """Error if no column can be time: columns with such a name do not increase, or there are none.
+    """Error if no column of values (t, c) can be time: none has such a name, or those do not increase.
 
-    Args:
-        names: Names of the c columns.
-        values: Values of the columns, shape (t, c).
-        rising: Number of columns that always increase.
+    `rising` is the number of columns that always increase.
     """
     called = [k for k, name in enumerate(names) if STAMPS.intersection(words_of(name))]
     moving = [k for k in called if len(values) > 1 and np.any(np.diff(values[:, k]) > 0)]
@@ -56,16 +53,7 @@ def has_few_digits(values: np.ndarray, place: int) -> bool:
 
 
 def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:
-    """Reject columns with numbers that the import also rejects because their squares overflow.
-
-    Args:
-        names: Names of the c columns.
-        values: Values of the columns, shape (t, c).
-        places: Indices of the columns that are read.
-
-    Raises:
-        NotFinite: A number is too large; the message names the column and the first such row, from 1.
-    """
+    """Reject numbers in the columns `places` of values (t, c) whose squares overflow, as the import does."""
     for place in places:
         rows = np.flatnonzero(np.isfinite(values[:, place]) & ~is_number(values[:, place]))
         if len(rows):
@@ -76,11 +64,7 @@ def require_computable(names: Sequence[str], values: np.ndarray, places: Sequenc
 
 
 def require_measured(effort: np.ndarray, pattern: str) -> None:
-    """Reject efforts (t, n) that are all constant; `pattern` is the name of their columns.
-
-    Raises:
-        NotRecorded: All efforts are constant, so nothing can be identified from them.
-    """
+    """Reject efforts (t, n) that are all constant; `pattern` is the name of their columns."""
     if words := unmeasured_words(effort):
         raise NotRecorded(
             f"{pattern}: {words}, and have no unit. Record a topic or columns with efforts or motor currents"

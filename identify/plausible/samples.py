@@ -54,19 +54,18 @@ class Sampled(NamedTuple):
         """Whether each joint moves, bool of shape (n,)."""
         return np.asarray(self.sliding.any(axis=0))
 
+    def rows(self, rows: slice) -> "Sampled":
+        """Log with some of its samples."""
+        return Sampled(self.motion[rows], self.effort[rows], self.sliding[rows])
+
     def thinned(self, most: int) -> "Sampled":
         """Log with at most `most` samples, evenly spaced."""
-        rows = slice(None, None, max(1, -(-len(self.effort) // most)))
-        return Sampled(self.motion[rows], self.effort[rows], self.sliding[rows])
+        return self.rows(slice(None, None, max(1, -(-len(self.effort) // most))))
 
     def halves(self) -> tuple["Sampled", "Sampled"]:
         """First and second half of the log."""
         middle = len(self.effort) // 2
-        first, second = (
-            Sampled(self.motion[rows], self.effort[rows], self.sliding[rows])
-            for rows in (slice(None, middle), slice(middle, None))
-        )
-        return first, second
+        return self.rows(slice(None, middle)), self.rows(slice(middle, None))
 
 
 def joined(logs: Sequence[Sampled]) -> Sampled:
@@ -136,7 +135,7 @@ def sampled_run(run: Recording) -> Sampled | None:
     position, effort = run.signals["position"], run.signals[name]
     known = np.isfinite(position.values).all(axis=1)
     time = position.time[known]
-    efforts = np.column_stack([np.interp(time, effort.time, values) for values in effort.values.T])
+    efforts = effort.at(time)
     if not np.isfinite(efforts).all() or np.any(np.diff(time) <= 0.0):
         return None
     return sampled(time, position.values[known], efforts)

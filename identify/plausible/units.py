@@ -13,12 +13,12 @@ from scipy.integrate import cumulative_trapezoid
 from ..arm.robot import Robot
 from ..notebook import counted
 from ..recordings.recording_checks import BEYOND_LIMITS, GAP, beyond_limits
-from ..recordings.units import percent_of_travel
+from ..recordings.units import FACTORS, percent_of_travel
 from ..recordings.wrong_unit import in_percent
 from ..text_table import digits
 from .samples import runs_of
 
-TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME = FACTORS["s"]
 TURNING = {"rad": 1.0, "deg": np.pi / 180}
 SLIDING = {"m": 1.0, "mm": 1e-3}
 TRAVEL = "%"

@@ -210,7 +210,7 @@ def _of_positions(reading: Reading, plain: Evidence, odds: float, cases: Iterabl
             judged.append(best)
             continue
         other = _read(reading, case.change, motions)
-        best = case.judged(other.at_best(masses, case.change.factor))
+        best = case.judged(other.evidence(case.change.factor, masses))
         if best.odds > odds - FAR_BEHIND:
             best = case.judged(other.evidence(case.change.factor))
         judged.append(best)

@@ -90,7 +90,7 @@ class Even:
             and np.max(np.abs(signal.time - self.time)) < 1e-3 / self.rate
         ):
             return np.array(signal.values)
-        return np.stack([np.interp(self.time, signal.time, column) for column in signal.values.T], axis=1)
+        return signal.at(self.time)
 
     def motion(self, cutoff: float) -> Motion:
         """Motion low-passed at a cut-off [Hz], including the transients of the filter at both ends."""

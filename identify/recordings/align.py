@@ -118,13 +118,9 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
 
 
 def aligned(recording: Recording, run: Recording) -> Recording:
-    """A recording on the clock of a run, with the payload, trajectory and settings of the run.
-
-    Raises:
-        DifferentRobot: The joints differ.
-        RecordingError: There is no common motion, the runs differ, or the motion repeats itself.
-    """
+    """A recording on the clock of a run, with the payload, trajectory and settings of the run."""
     alignment = align(recording, run)
+    known = {"aligned to": run.name, "clock offset": str(alignment)}
     signals = {
         name: Signal(signal.time + alignment.offset, signal.values)
         for name, signal in recording.signals.items()
@@ -136,12 +132,7 @@ def aligned(recording: Recording, run: Recording) -> Recording:
         run,
         name=recording.name,
         signals=signals,
-        settings={
-            **run.settings,
-            **recording.settings,
-            "aligned to": run.name,
-            "clock offset": str(alignment),
-        },
+        settings={**run.settings, **recording.settings, **known},
         host_time=_host_time(run, signals["position"].time),
         timing=None,
         warnings=(*run.warnings, *recording.warnings),
@@ -258,6 +249,5 @@ def follows_by(command: Signal, position: Signal) -> float:
 
 def _distance(command: Signal, time: np.ndarray, values: np.ndarray) -> float:
     """Sum of squared differences between positions and commands, less the mean of each joint [rad^2]."""
-    commanded = np.column_stack([np.interp(time, command.time, joint) for joint in command.values.T])
-    away = values - commanded
+    away = values - command.at(time)
     return float(np.sum((away - away.mean(axis=0)) ** 2))

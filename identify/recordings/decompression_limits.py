@@ -3,7 +3,6 @@
 import gzip
 import os
 from pathlib import Path
-from typing import IO
 from zipfile import ZipFile
 
 from ..errors import NotAFile, RecordingError
@@ -21,11 +20,7 @@ PIECE = 1 << 20
 
 
 def largest_size(path: Path) -> int:
-    """Largest size of the content of a file or folder [B].
-
-    Raises:
-        RecordingError: The environment variable is not a number of bytes.
-    """
+    """Largest size of the content of a file or folder [B]."""
     stated = os.environ.get(VARIABLE, "")
     if stated:
         if not stated.isdecimal():
@@ -45,28 +40,19 @@ def too_large(path: Path) -> NotAFile:
 
 
 def require_size(path: Path, size: int) -> None:
-    """Refuse a file whose content has more bytes than the limit.
-
-    Raises:
-        NotAFile: The content exceeds the limit; the message states it and how to raise it.
-    """
+    """Refuse a file whose content has more bytes than the limit."""
     if size > largest_size(path):
         raise too_large(path)
 
 
-def require_stream(path: Path, stream: IO[bytes] | gzip.GzipFile) -> None:
-    """Refuse a stream that decompresses to more bytes than the limit; reads it to its end."""
-    limit, size = largest_size(path), 0
-    while piece := stream.read(PIECE):
-        size += len(piece)
-        if size > limit:
-            raise too_large(path)
-
-
 def require_gzip(path: Path) -> None:
-    """Refuse a gzip file that decompresses to more bytes than the limit."""
+    """Refuse a gzip file that decompresses to more bytes than the limit; reads it to its end."""
+    limit, size = largest_size(path), 0
     with gzip.open(path) as stream:
-        require_stream(path, stream)
+        while piece := stream.read(PIECE):
+            size += len(piece)
+            if size > limit:
+                raise too_large(path)
 
 
 def require_zip(path: Path) -> None:

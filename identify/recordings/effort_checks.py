@@ -118,8 +118,7 @@ def _unread(recording: Recording, name: str, signal: Signal) -> Iterator[str]:
     position = recording.signals["position"]
     if len(position) < 2:
         return
-    moved = np.column_stack([np.interp(signal.time, position.time, column) for column in position.values.T])
-    shares = unread(signal.time, moved, signal.values)
+    shares = unread(signal.time, position.at(signal.time), signal.values)
     held = [
         f"{joint} in {100 * share:.0f} %"
         for joint, share in zip(recording.robot.joints, shares, strict=True)
@@ -132,13 +131,8 @@ def _unread(recording: Recording, name: str, signal: Signal) -> Iterator[str]:
 def unread(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> np.ndarray:
     """Share of the samples in motion at which each effort has its most frequent value, shape (n,).
 
-    Args:
-        time: Time of the samples, shape (t,) [s].
-        position: Shape (t, n).
-        effort: Effort in any unit, shape (t, n).
-
-    Returns:
-        Zero where a joint does not move, or up to `UNREAD`.
+    It is zero for a joint that does not move, and up to `UNREAD`. Time (t,) is in seconds; positions and
+    efforts (t, n) may be in any unit.
     """
     shares = [_share(time, column, measured) for column, measured in zip(position.T, effort.T, strict=True)]
     return np.where(np.array(shares) > UNREAD, shares, 0.0)

@@ -15,28 +15,20 @@ if TYPE_CHECKING:
 
 
 def signals_of(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Signal]:
-    """Signals from arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; skips None.
-
-    Raises:
-        WrongShape: An array does not have one row per time.
-    """
+    """Signals from arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; skips None."""
     time = np.asarray(t, float)
-    return {
-        name: _signal(
-            name, time, np.asarray(values, float) * (np.pi / 180.0 if degrees and name in OF_JOINT else 1.0)
-        )
-        for name, values in arrays.items()
-        if values is not None
-    }
-
-
-def _signal(name: str, time: np.ndarray, array: np.ndarray) -> Signal:
-    if time.ndim != 1 or array.shape[:1] != time.shape or array.ndim > 2:
-        raise WrongShape(
-            f"{name} has shape {array.shape} and t {time.shape}; expected (t, n) and (t,): one row per "
-            "sample, one column per joint"
-        )
-    return Signal(time - time[:1].sum(), array.reshape(len(time), -1))
+    signals = {}
+    for name, values in arrays.items():
+        if values is None:
+            continue
+        array = np.asarray(values, float) * (np.pi / 180.0 if degrees and name in OF_JOINT else 1.0)
+        if time.ndim != 1 or array.shape[:1] != time.shape or array.ndim > 2:
+            raise WrongShape(
+                f"{name} has shape {array.shape} and t {time.shape}; expected (t, n) and (t,): one row per "
+                "sample, one column per joint"
+            )
+        signals[name] = Signal(time - time[:1].sum(), array.reshape(len(time), -1))
+    return signals
 
 
 def from_dataframe(table: Any, robot: "Model", name: str = "table", **options: Any) -> list[Recording]:

@@ -47,9 +47,6 @@ def without_incomplete(recording: Recording, where: str) -> Recording:
     """The recording without samples of positions and efforts that lack a joint; a warning counts them.
 
     A joint without any number is handled by the checks. `where` is the name of the log in messages.
-
-    Raises:
-        NotFinite: Fewer than two samples have all joints.
     """
     complete, warnings = {}, []
     for name in (name for name in NEEDED if name in recording.signals):
@@ -114,29 +111,19 @@ def without_damaged(recording: Recording) -> Recording:
     for name, signal in recording.signals.items():
         if name in NEEDED:
             continue
-        damaged = _damaged(signal)
+        silent = np.isnan(signal.values)
+        bad = ~is_number(signal.values) & ~silent.all(axis=1)[:, None]
+        damaged = bad.any(axis=0) & ~silent.all(axis=0)
         if not damaged.any():
             continue
         joints = [recording.robot.joints[joint] for joint in np.flatnonzero(damaged)]
-        warnings.append(_warning(name, joints, signal, damaged))
+        rows = bad[:, damaged].any(axis=1)
+        warnings.append(
+            f"{name} of {', '.join(joints)} is left out: no number in {rows.sum()} of {len(rows)} samples, "
+            f"first at {float(signal.time[rows.argmax()]):.3f} s"
+        )
         cleaned = Signal(signal.time, np.where(damaged, np.nan, signal.values))
         signals[name] = cleaned
         if np.isnan(cleaned.values).all():
             del signals[name]
     return replace(recording, signals=signals).with_warnings(*warnings)
-
-
-def _damaged(signal: Signal) -> np.ndarray:
-    """Joints with a value that is not a number in samples in which any joint was measured, bool (n,)."""
-    measured = ~np.isnan(signal.values).all(axis=1)
-    bad = ~is_number(signal.values[measured])
-    return bad.any(axis=0) & ~np.isnan(signal.values).all(axis=0)
-
-
-def _warning(name: str, joints: list[str], signal: Signal, damaged: np.ndarray) -> str:
-    bad = ~is_number(signal.values[:, damaged]).all(axis=1) & ~np.isnan(signal.values).all(axis=1)
-    first = float(signal.time[bad.argmax()])
-    return (
-        f"{name} of {', '.join(joints)} is left out: no number in {bad.sum()} of {len(bad)} samples, "
-        f"first at {first:.3f} s"
-    )

@@ -77,6 +77,10 @@ class Signal:
     def __getitem__(self, rows: np.ndarray | slice) -> "Signal":
         return Signal(self.time[rows], self.values[rows])
 
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Values at other times (t,) [s], interpolated linearly, shape (t, n)."""
+        return np.stack([np.interp(time, self.time, column) for column in self.values.T], axis=1)
+
     @property
     def period(self) -> float:
         """Median time between samples [s]; zero for fewer than two."""

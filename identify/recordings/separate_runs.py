@@ -54,11 +54,9 @@ def separate_runs(
 
 
 def beginnings(time: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, str]]:
-    """Rows at which another run begins, and the reasons; setting a clock during a run does not count.
+    """Rows at which another run begins, and the reasons, from times (t,) [s] and positions (t, n).
 
-    Args:
-        time: Times, shape (t,) [s].
-        values: Positions, shape (t, n).
+    Setting a clock during a run does not count.
     """
     if not is_number(time).all():
         return

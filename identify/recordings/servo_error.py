@@ -62,12 +62,7 @@ def lacks_effort(signals: Mapping[str, Signal], robot: Robot) -> bool:
 
 
 def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where: str) -> dict[str, Signal]:
-    """Signals in which the servo error replaces any effort, as a current.
-
-    Args:
-        signals: Signals with position and command.
-        servo: Position servos of the arm.
-        where: Name of the log in messages.
+    """Signals in which the servo error, of positions and commands, replaces any effort as a current.
 
     Raises:
         RecordingError: There is no command, or its columns are not commands; see `no_commands`.
@@ -87,8 +82,7 @@ def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where:
 
 def _command_at(position: Signal, command: Signal) -> np.ndarray:
     """Commands at the times of the positions, shape (t, n)."""
-    command = command[np.isfinite(command.values).all(axis=1)]
-    return np.stack([np.interp(position.time, command.time, column) for column in command.values.T], axis=1)
+    return command[np.isfinite(command.values).all(axis=1)].at(position.time)
 
 
 def _by_law(signals: Mapping[str, Signal], servo: PositionServo) -> dict[str, Signal]:

@@ -10,32 +10,24 @@ from ..arm.robot import Limits
 from ..errors import BadUnit, RecordingError, UnknownKey, WrongShape
 from .recording import Recording, Signal
 
+FACTORS: dict[str, dict[str, float]] = {
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": np.pi / 180, "turn": 2 * np.pi},
+    "rad/s": {"rad/s": 1.0, "deg/s": np.pi / 180, "rpm": np.pi / 30, "turn/s": 2 * np.pi},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3},
+    "A": {"A": 1.0, "mA": 1e-3},
+    "N m": {"N m": 1.0, "mN m": 1e-3, "N mm": 1e-3},
+    "N": {"N": 1.0},
+    "degC": {"degC": 1.0, "K": 1.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+}
+"""Unit of `SIGNALS` -> units of that quantity, and their factors."""
+OFFSETS = {"K": -273.15}
+"""Unit whose zero is another -> offset of the conversion."""
 UNITS: dict[str, tuple[str, float, float]] = {
-    "rad": ("rad", 1.0, 0.0),
-    "mrad": ("rad", 1e-3, 0.0),
-    "deg": ("rad", np.pi / 180, 0.0),
-    "turn": ("rad", 2 * np.pi, 0.0),
-    "rad/s": ("rad/s", 1.0, 0.0),
-    "deg/s": ("rad/s", np.pi / 180, 0.0),
-    "rpm": ("rad/s", np.pi / 30, 0.0),
-    "turn/s": ("rad/s", 2 * np.pi, 0.0),
-    "m": ("m", 1.0, 0.0),
-    "cm": ("m", 1e-2, 0.0),
-    "mm": ("m", 1e-3, 0.0),
-    "m/s": ("m/s", 1.0, 0.0),
-    "mm/s": ("m/s", 1e-3, 0.0),
-    "A": ("A", 1.0, 0.0),
-    "mA": ("A", 1e-3, 0.0),
-    "N m": ("N m", 1.0, 0.0),
-    "mN m": ("N m", 1e-3, 0.0),
-    "N mm": ("N m", 1e-3, 0.0),
-    "N": ("N", 1.0, 0.0),
-    "degC": ("degC", 1.0, 0.0),
-    "K": ("degC", 1.0, -273.15),
-    "s": ("s", 1.0, 0.0),
-    "ms": ("s", 1e-3, 0.0),
-    "us": ("s", 1e-6, 0.0),
-    "ns": ("s", 1e-9, 0.0),
+    unit: (si, factor, OFFSETS.get(unit, 0.0))
+    for si, factors_of_units in FACTORS.items()
+    for unit, factor in factors_of_units.items()
 }
 """Unit -> corresponding unit of `SIGNALS`, and factor and offset of the conversion."""
 
@@ -112,22 +104,14 @@ def percent_of_travel(limits: Limits, lowest: float | np.ndarray = -100.0) -> tu
 
 
 def factors(
-    si: Sequence[str], units: str | Sequence[str], where: str, limits: Limits | None = None
+    si: Sequence[str], units: Sequence[str], where: str, limits: Limits | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Factors and offsets, shape (n,) each, from units to the n units in `si`.
+    """Factors and offsets, shape (n,) each, from the units of n joints to those in `si`; "" is that in `si`.
 
-    There is one unit for all joints or one per joint; an empty unit is that in `si`. Shares of travel need
-    limits.
-
-    Raises:
-        WrongShape: There is not one unit per joint.
-        BadUnit: A unit is unknown, belongs to another quantity, or is a share of an unlimited travel.
+    Shares of travel need limits. The error is about a unit that is unknown or that of another quantity.
     """
-    each = [units] * len(si) if isinstance(units, str) else units
-    if len(each) != len(si):
-        raise WrongShape(f"{where}: {len(each)} units, but there are {len(si)} joints")
     pairs = []
-    for joint, (wanted, unit) in enumerate(zip(si, each, strict=True)):
+    for joint, (wanted, unit) in enumerate(zip(si, units, strict=True)):
         entry = unit_named(unit or wanted)
         if limits is not None and _bare(unit) in (*TRAVEL, PER_SECOND):
             pairs.append(_travel_factor(wanted, _bare(unit), limits, joint, where))
@@ -141,7 +125,7 @@ def factors(
 def units_of(si: str) -> list[str]:
     """Names of the valid units of a quantity, including `si`."""
     travel = {"rad": list(TRAVEL), "m": list(TRAVEL), "rad/s": [PER_SECOND], "m/s": [PER_SECOND]}
-    return [name for name, (kind, *_) in UNITS.items() if kind == si] + travel.get(si, [])
+    return [*FACTORS.get(si, ()), *travel.get(si, ())]
 
 
 def _travel_factor(wanted: str, unit: str, limits: Limits, joint: int, where: str) -> tuple[float, float]:
@@ -163,10 +147,6 @@ def joint_side(recording: Recording, motor_side: bool | Sequence[str]) -> Record
 
     Motors turn by ratio * (coupling @ joints); by virtual work, joints get coupling^T @ (ratio * torque).
     `motor_side` names the signals of the motors; True stands for all of `BEFORE_GEAR`.
-
-    Raises:
-        UnknownKey: A name is not a signal of a motor.
-        RecordingError: The robot has no gears.
     """
     if isinstance(motor_side, bool):
         motor_side = BEFORE_GEAR if motor_side else ()
@@ -195,9 +175,6 @@ def to_axes_of_robot(
         recording: Recording in the controller's coordinates.
         sign: 1 or -1 per joint; by default all 1.
         zero: Position in the robot's description at the controller's zero, one per joint [rad; m].
-
-    Raises:
-        WrongShape: There is not one value per joint, or a sign is neither 1 nor -1.
     """
     n = recording.robot.dof
     signs = np.ones(n) if sign is None else np.asarray(sign, float)

@@ -46,13 +46,7 @@ def percent_questions(robot: Robot, position: np.ndarray) -> list[str]:
 
 
 def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
-    """Questions about positions of a log with an assumed unit.
-
-    Args:
-        robot: Robot that was recorded.
-        values: Positions in the log, shape (t, n).
-        unit: Assumed unit, "rad", "deg" or a unit of length.
-    """
+    """Questions about positions (t, n) of a log with an assumed unit: "rad", "deg" or a unit of length."""
     turning = [(robot.joints[j], values[:, j]) for j in np.flatnonzero(robot.revolute)]
     signs = {joint: lost.fact for joint, column in turning if (lost := lost_sign(column)) is not None}
     if signs:
@@ -83,12 +77,9 @@ def in_ticks(values: np.ndarray) -> bool:
 
 
 def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
-    """Advice about angles that are impossible in radians.
+    """Advice about positions (t,) of a joint that are impossible in radians.
 
-    Args:
-        joint: Name of the joint.
-        values: Positions of the joint, shape (t,).
-        others: Positions of the other revolute joints, shape (n - 1, t).
+    `others` are those of the other revolute joints, shape (n - 1, t).
     """
     if (lost := lost_sign(values)) is not None:
         return sign_advice(lost.fact)

@@ -19,11 +19,7 @@ from ..errors import RobotError
 from .toml_fields import check_keys, read_text, string, strings
 
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
-LOAD = {
-    "load_friction_base": 2.0,
-    "load_friction_motor": 1.0,
-    "load_friction_external": 1.0,
-}
+LOAD = {"load_friction_base": 2.0, "load_friction_motor": 1.0, "load_friction_external": 1.0}
 """Load coefficient of BAM -> its share in the coefficient of `LoadDependentFriction`."""
 NO_EFFECT = (
     "load_friction_stribeck",
@@ -39,18 +35,10 @@ NEEDED = ("friction_base", "friction_viscous", "armature")
 def with_bam_rows(
     rows: Sequence[Mapping[str, Any]], joints: Sequence[str], folder: Path
 ) -> tuple[list[Mapping[str, Any]], list[str]]:
-    """Replace rows that name a BAM file by the rows of their effects.
+    """Replace `[[effect]]` rows that name a BAM file by the rows of its effects.
 
-    Args:
-        rows: `[[effect]]` rows; those with the key `bam` have no other key than `joints`.
-        joints: Joints of a row that names none.
-        folder: Folder of the files.
-
-    Returns:
-        The rows, and a sentence for each file on the parts that they do not have.
-
-    Raises:
-        RobotError: A file cannot be read, or is no parameter file of BAM.
+    Such a row has no other key than `joints`, which are all by default. Beside the rows is a sentence for
+    each file on the parts that they do not have.
     """
     expanded: list[Mapping[str, Any]] = []
     sentences: list[str] = []
@@ -69,11 +57,7 @@ def with_bam_rows(
 
 
 def read_bam(text: str, where: str) -> dict[str, Any]:
-    """Parameters of a BAM file.
-
-    Raises:
-        RobotError: The text is not such a file.
-    """
+    """Parameters of a BAM file."""
     try:
         table = loads(text)
     except JSONDecodeError as error:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from ..arm.robot import Held
 from . import urdf
 from .kinematics import Kinematics
-from .mjcf import movable_mjcf_joints, read_mjcf
+from .mjcf import compile_mjcf, mjcf_kinematics, movable_mjcf_joints
 from .toml_fields import read_text
 
 XML = (".xml", ".mjcf")
@@ -24,11 +24,7 @@ def is_description(path: Path) -> bool:
 
 
 def is_mjcf(path: Path) -> bool:
-    """Whether a file is an MJCF, by its ending and, if that is ambiguous, its outermost element.
-
-    Raises:
-        RobotError: The file cannot be read.
-    """
+    """Whether a file is an MJCF, by its ending and, if that is ambiguous, its outermost element."""
     if path.suffix.lower() not in XML:
         return False
     try:
@@ -52,16 +48,12 @@ def read_kinematics(
         RobotError: The file is wrong, or has content that no model can represent; the message names it.
     """
     if is_mjcf(path):
-        return read_mjcf(path, moving, held)
+        return mjcf_kinematics(compile_mjcf(path), str(path), moving, held)
     return urdf.parse_urdf(urdf.read_urdf(path), str(path), moving, held)
 
 
 def movable_joints(path: Path) -> tuple[list[str], list[str]]:
-    """Joints that are not fixed: joints that a model can have, and joints that have to be held.
-
-    Raises:
-        RobotError: The file is wrong.
-    """
+    """Joints that are not fixed: joints that a model can have, and joints that have to be held."""
     if is_mjcf(path):
         return movable_mjcf_joints(path)
     return urdf.movable_joints(urdf.read_urdf(path), str(path))

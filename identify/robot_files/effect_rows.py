@@ -37,12 +37,7 @@ def key_of(field: "Field[Any]") -> str:
 def read_effects(
     rows: Iterable[Mapping[str, Any]], robot: Robot
 ) -> tuple[tuple[Effect, ...], dict[str, Prior]]:
-    """Effects of the rows, and the priors in the rows.
-
-    Raises:
-        RobotError: A row is wrong; the message names the key, its value and what is valid.
-        EffectError: An installed package has an effect that cannot be loaded.
-    """
+    """Effects of the rows, and the priors in the rows."""
     load_installed()
     effects: list[Effect] = []
     stated: dict[str, Prior] = {}
@@ -66,11 +61,7 @@ def read_priors(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Pri
 
 
 def read_measurements(rows: Iterable[Mapping[str, Any]], robot: Robot) -> tuple[Measurement, ...]:
-    """Measurements of the rows.
-
-    Raises:
-        RobotError: A row is wrong; the message names the key, its value and what is valid.
-    """
+    """Measurements of the rows."""
     return tuple(_made(row, "measurement", MEASUREMENTS, ("name",), robot) for row in rows)
 
 
@@ -98,7 +89,11 @@ def _made(
     kind, where = kinds[name], f"{table} {name}"
     known: dict[str, Field[Any]] = {key_of(f): f for f in fields(kind)}
     check_keys(row, (*more, *known), where)
-    absent = [key for key, f in known.items() if _required(f) and key not in row]
+    absent = [
+        key
+        for key, f in known.items()
+        if key not in row and f.default is MISSING and f.default_factory is MISSING
+    ]
     if absent:
         raise RobotError(f"{where}: needs {', '.join(absent)}")
     _refuse_numbers(row, robot, where)
@@ -123,10 +118,6 @@ def _refuse_numbers(row: Mapping[str, Any], robot: Robot, where: str) -> None:
         for joint in entry if isinstance(entry, list) else [entry]:
             if isinstance(joint, int | float):
                 raise UnknownJoint(joint, f"{where} {key}:", robot.joints)
-
-
-def _required(field: "Field[Any]") -> bool:
-    return field.default is MISSING and field.default_factory is MISSING
 
 
 def _field_value(value: object, hint: object, where: str) -> Any:

@@ -57,11 +57,7 @@ class Folders:
         )
 
     def require(self, file: Path, where: str) -> Path:
-        """The file, if it is in one of the folders.
-
-        Raises:
-            RobotError: It is in none of them; the message begins with `where` and says what to do.
-        """
+        """The file, if it is in one of the folders."""
         if not self.hold(file):
             raise RobotError(f"{where}: {outside(file)}")
         return file
@@ -85,18 +81,9 @@ def _entries(variable: str) -> list[Path]:
 
 
 def require_mjcf_files(text: bytes, description: Path) -> dict[str, bytes]:
-    """Refuse an MJCF that names a file outside of its folder.
+    """Contents of the files that an MJCF includes, by their names; refuse one that names an outside file.
 
-    Args:
-        text: Text of the file.
-        description: Path of the file; paths in it are relative to its folder.
-
-    Returns:
-        Contents of the files that it includes, by their names.
-
-    Raises:
-        BrokenTree: The text is not XML.
-        RobotError: A file is outside; the message names it and says what to do.
+    Paths in the text are relative to the folder of the file `description`.
     """
     allowed, folder = Folders.of(description), description.parent
     folders, names, included = {""}, list[str](), dict[str, bytes]()

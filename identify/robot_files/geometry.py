@@ -138,9 +138,6 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
 
     Examples of names are `package://arm/meshes/link.stl`, `file:///meshes/link.stl` and `meshes/link.stl`.
     `package_dirs` are packages or folders of packages, and are searched first.
-
-    Raises:
-        RobotError: There is no such mesh, or it is outside of the allowed folders.
     """
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)

@@ -10,11 +10,7 @@ from ..errors import RobotError
 
 
 def read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
-    """Convex hull of a mesh file, with its points scaled along x, y and z.
-
-    Raises:
-        RobotError: There is no such mesh, or it cannot be read; the message begins with `where`.
-    """
+    """Convex hull of a mesh file, with its points scaled along x, y and z."""
     try:
         mesh = coal.MeshLoader().load(str(path), scale)
         return hull(np.array(mesh.vertices(), float).reshape(-1, 3))
@@ -24,11 +20,7 @@ def read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
 
 
 def hull(points: np.ndarray) -> coal.Convex:
-    """Convex hull of points, shape (k, 3) [m].
-
-    Raises:
-        ValueError: Fewer than four points.
-    """
+    """Convex hull of points, shape (k, 3) [m]."""
     if len(points) < 4:
         raise ValueError(f"{len(points)} points; a body has at least 4")
     try:

@@ -63,12 +63,7 @@ class Kinematics:
 
 
 def rigid_inertia(mass: float, center_of_mass: np.ndarray, inertia: np.ndarray, where: str) -> pin.Inertia:
-    """Inertia from mass [kg], center of mass (3,) [m] and xx xy xz yy yz zz about it (6,) [kg m^2].
-
-    Raises:
-        BrokenTree: The values are physically impossible.
-        RobotError: The center of mass is farther away than an arm is long.
-    """
+    """Inertia from mass [kg], center of mass (3,) [m] and xx xy xz yy yz zz about it (6,) [kg m^2]."""
     check_center(mass, center_of_mass, where)
     if mass < 0 or not np.all(np.isfinite([mass, *center_of_mass, *inertia])):
         raise BrokenTree(f"{where}: mass {mass:g} kg; a mass is a number of at least 0")
@@ -98,11 +93,7 @@ def inertia_elements(inertia: np.ndarray) -> np.ndarray:
 
 
 def check_center(mass: float, center_of_mass: np.ndarray, where: str) -> None:
-    """Refuse a body whose center of mass (3,) [m] is farther away than an arm is long.
-
-    Raises:
-        RobotError: The center of mass is too far away.
-    """
+    """Refuse a body whose center of mass (3,) [m] is farther away than an arm is long."""
     distance = float(np.linalg.norm(center_of_mass))
     if mass > 0.0 and distance > FARTHEST_CENTER:
         raise RobotError(
@@ -122,11 +113,7 @@ def inertia_doubt(inertia: np.ndarray, where: str) -> str:
 
 
 def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:
-    """Placement from `origin` [m] and either `rotation` (3 x 3) or `rpy` [rad].
-
-    Raises:
-        RobotError: The rotation is not a rotation matrix, or `rotation` and `rpy` are both given.
-    """
+    """Placement from `origin` [m] and either `rotation` (3 x 3) or `rpy` [rad]."""
     origin = numbers(row.get("origin", [0.0] * 3), 3, f"{where} origin")
     if "rotation" in row and "rpy" in row:
         raise RobotError(f"{where}: rotation and rpy have the same meaning; give one of them")
@@ -142,11 +129,7 @@ def read_placement(row: Mapping[str, Any], where: str) -> pin.SE3:
 def add_joint(
     model: pin.Model, parent: int, joint: pin.JointModel, placement: pin.SE3, name: str, link: str
 ) -> int:
-    """Add a joint, and the frames of joint and link, which viewers find by name; return the joint's index.
-
-    Raises:
-        BrokenTree: The name of the joint or of the link is already used.
-    """
+    """Add a joint, and the frames of joint and link, which viewers find by name; return the joint's index."""
     if name in tuple(model.names):
         raise BrokenTree(f"two joints are called '{name}'; give each its own name")
     if model.existBodyName(link):
@@ -160,12 +143,17 @@ def add_joint(
     return index
 
 
-def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
-    """Tree from `[[link]]` rows: a joint, its placement in its parent's frame, and the body it moves.
+def named_flange(placements: Mapping[str, pin.SE3], names: Sequence[str]) -> pin.SE3:
+    """Placement whose name ends in one of `names`, the most likely first; identity if there is none."""
+    for ending in names:
+        for name, placement in placements.items():
+            if name.lower().endswith(ending):
+                return pin.SE3(placement)
+    return pin.SE3.Identity()
 
-    Raises:
-        RobotError: A row is wrong; the message names it.
-    """
+
+def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
+    """Tree from `[[link]]` rows: a joint, its placement in its parent's frame, and the body it moves."""
     model = pin.Model()
     model.name = name
     for place, row in enumerate(rows):

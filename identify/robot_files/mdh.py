@@ -37,11 +37,7 @@ SIGMA = {0: "revolute", 1: "prismatic", 2: "fixed"}
 
 
 def parse_mdh(text: str, name: str, where: str = "modified-DH file") -> Kinematics:
-    """Kinematics from a file of `[[link]]` rows with `convention = "mdh-khalil"`.
-
-    Raises:
-        RobotError: The file is wrong; the message names the place.
-    """
+    """Kinematics from a file of `[[link]]` rows with `convention = "mdh-khalil"`."""
     table = parse_toml(text, where)
     check_keys(table, ("convention", "link"), where)
     if table.get("convention", CONVENTION) != CONVENTION:
@@ -50,11 +46,7 @@ def parse_mdh(text: str, name: str, where: str = "modified-DH file") -> Kinemati
 
 
 def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
-    """Kinematics from the rows of a modified-DH table; the last fixed row is the flange.
-
-    Raises:
-        RobotError: A row is wrong; the message names it.
-    """
+    """Kinematics from the rows of a modified-DH table; the last fixed row is the flange."""
     model = pin.Model()
     model.name = name
     frames: dict[str, Part] = {}
@@ -133,11 +125,7 @@ def _transform(row: Mapping[str, Any], where: str) -> pin.SE3:
 
 
 def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
-    """Inertia from standard parameters about the row's frame; XY is the matrix element, -integral xy dm.
-
-    Raises:
-        RobotError: They are not those of a rigid body, such as base parameters without a mass.
-    """
+    """Inertia from standard parameters about the row's frame; XY is the matrix element, -integral xy dm."""
     *inertia, mx, my, mz, m = (number(row.get(key, 0.0), f"{where} {key}") for key in INERTIAL)
     if m == 0:
         if any((*inertia, mx, my, mz)):
@@ -158,9 +146,7 @@ def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
 def _hint(about_origin: np.ndarray, shift: np.ndarray) -> str:
     """Hint about moments of inertia that are too small for the mass and its distance from the origin.
 
-    Args:
-        about_origin: Inertia in a row, about the origin of its frame, shape (3, 3) [kg m^2].
-        shift: Inertia about the origin of the mass alone, shape (3, 3) [kg m^2].
+    Inertias are about the origin of the row's frame: in the row, and of the mass alone, (3, 3) [kg m^2].
     """
     small = [
         f"{name} is {about_origin[k, k]:g}, but M, MX, MY, MZ alone make {shift[k, k]:g}"

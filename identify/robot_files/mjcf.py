@@ -13,7 +13,7 @@ from ..errors import BrokenTree, MissingPackage
 from ..file_names import read_failure
 from ..notebook import optional
 from .folders import require_mjcf_files
-from .kinematics import Kinematics, Part, add_joint, body_doubts, check_center, joint_model
+from .kinematics import Kinematics, Part, add_joint, body_doubts, check_center, joint_model, named_flange
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
 from .mjcf_drives import effect_rows, limits_of, motor_coupling, torque_limits
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
@@ -59,35 +59,11 @@ def _content(path: Path) -> bytes:
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
-    """Joints of an MJCF: joints that a model can have, and joints that have to be held.
-
-    Raises:
-        BrokenTree: MuJoCo cannot compile it.
-    """
+    """Joints of an MJCF: joints that a model can have, and joints that have to be held."""
     model = compile_mjcf(path)
     bound = following_joints(model) | {joint for joint in range(model.njnt) if not single(model, joint)}
     free = [joint_name(model, joint) for joint in range(model.njnt) if joint not in bound]
     return free, [joint_name(model, joint) for joint in sorted(bound)]
-
-
-def read_mjcf(
-    path: Path, moving: Collection[str] | None = None, held: Held = MappingProxyType({})
-) -> Kinematics:
-    """Kinematics of an MJCF.
-
-    Args:
-        path: Path of the file.
-        moving: Names of the joints that move; the others are held at their reference. None: all joints
-            except `held`.
-        held: Names of joints that are held away from their reference, and their positions: [rad, m], or
-            position and quaternion of a free joint, or quaternion of a ball.
-
-    Raises:
-        BrokenTree: MuJoCo cannot compile it, or it is not a tree of joints with one degree of freedom.
-        RobotError: It has a force that no model can represent; the message names it.
-        UnknownJoint: A joint in `moving` or `held` does not exist.
-    """
-    return mjcf_kinematics(compile_mjcf(path), str(path), moving, held)
 
 
 def mjcf_kinematics(
@@ -96,7 +72,13 @@ def mjcf_kinematics(
     moving: Collection[str] | None = None,
     held: Held = MappingProxyType({}),
 ) -> Kinematics:
-    """Kinematics of a compiled MJCF; arguments and errors are those of `read_mjcf`."""
+    """Kinematics of a compiled MJCF; `moving` and `held` are those of `read_kinematics`.
+
+    Raises:
+        BrokenTree: It is not a tree of joints with one degree of freedom.
+        RobotError: It has a force that no model can represent; the message names it.
+        UnknownJoint: A joint in `moving` or `held` does not exist.
+    """
     still = held_positions(model, moving, held, where)
     joints = [joint for joint in range(model.njnt) if joint not in still]
     if not joints:
@@ -111,7 +93,8 @@ def mjcf_kinematics(
     tree.name = bytes(model.names).partition(b"\0")[0].decode(errors="replace") or "robot"
     check_mjcf(model, [part.joint for part in parts], joints, where)
     share = gravity_share(model, [part.joint for part in parts], joints, where)
-    tree.gravity = pin.Motion(share * _gravity(model), np.zeros(3))
+    gravity = np.zeros(3) if disabled(model, "GRAVITY") else share * np.array(model.opt.gravity)
+    tree.gravity = pin.Motion(gravity, np.zeros(3))
     doubts = [*body_doubts(tree), *motor_doubts(model, joints, where)]
     if share < 1.0:
         doubts.append(
@@ -182,10 +165,6 @@ def own_inertia(model: Any, body: int) -> pin.Inertia:
     return pin.Inertia(float(model.body_mass[body]), principal.translation, (about + about.T) / 2)
 
 
-def _gravity(model: Any) -> np.ndarray:
-    return np.zeros(3) if disabled(model, "GRAVITY") else np.array(model.opt.gravity)
-
-
 def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
     """Placement, in the last joint's frame, of the site or body whose name is that of a flange."""
     candidates = {
@@ -197,8 +176,4 @@ def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
     candidates |= {
         name_of(model, "body", body): part.placement for body, part in enumerate(parts) if part.joint == last
     }
-    for ending in SITES:
-        for name, placement in candidates.items():
-            if name.lower().endswith(ending):
-                return pin.SE3(placement)
-    return pin.SE3.Identity()
+    return named_flange(candidates, SITES)

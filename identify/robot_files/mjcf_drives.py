@@ -11,31 +11,27 @@ import numpy as np
 from ..arm.robot import Limits
 from ..arm.servo_law import ServoLaw
 from ..errors import RobotError
-from .mjcf_dcmotors import (
-    dc_motors,
-    friction_of_motors,
-    is_dc_motor,
-    ripples,
-    stall_torque,
-    stribeck_friction,
-)
+from . import mjcf_dcmotors
+from .mjcf_dcmotors import is_dc_motor
 from .mjcf_names import HOLD, actuators, disabled, enum_of, input_of, joint_actuators, joint_name, name_of
 
 
 def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:
     """Maximum torque of each joint's actuators in both directions, shape (n,) [N m]; inf: not stated."""
-    limits = np.zeros(len(joints))
-    driven = np.zeros(len(joints), bool)
-    for actuator, joint in joint_actuators(model):
-        if joint in joints:
-            place = list(joints).index(joint)
-            limits[place] += _strength(model, actuator)
-            driven[place] = True
-    limits[~driven] = np.inf
+    limits = np.full(len(joints), np.inf)
     for place, joint in enumerate(joints):
-        if model.jnt_actfrclimited[joint]:
-            limits[place] = min(limits[place], _symmetric_limit(model.jnt_actfrcrange[joint]))
+        strengths = [
+            _strength(model, actuator) for actuator, driven in joint_actuators(model) if driven == joint
+        ]
+        if strengths:
+            limits[place] = sum(strengths)
+        limits[place] = min(limits[place], _joint_limit(model, joint))
     return np.where(limits > 0.0, limits, np.inf)
+
+
+def _joint_limit(model: Any, joint: int) -> float:
+    """Limit of the torque of all actuators of a joint [N m]; infinite if there is none."""
+    return _symmetric_limit(model.jnt_actfrcrange[joint]) if model.jnt_actfrclimited[joint] else np.inf
 
 
 def _strength(model: Any, actuator: int) -> float:
@@ -45,7 +41,7 @@ def _strength(model: Any, actuator: int) -> float:
     if model.actuator_forcelimited[actuator]:
         strongest = _symmetric_limit(model.actuator_forcerange[actuator])
     if is_dc_motor(model, actuator):
-        strongest = min(strongest, stall_torque(model, actuator))
+        strongest = min(strongest, mjcf_dcmotors.stall_torque(model, actuator))
     if is_motor(model, actuator) and model.actuator_ctrllimited[input_of(model, actuator)]:
         gain = abs(float(model.actuator_gainprm[actuator][0]))
         strongest = min(
@@ -146,20 +142,14 @@ def servo_law(model: Any, joints: Sequence[str]) -> ServoLaw | None:
     gear = model.actuator_gear[actuators, 0]
     # MuJoCo has delays since 4.0.
     delay = np.asarray(getattr(model, "actuator_delay", np.zeros(model.nu)))[actuators]
+    strengths = np.array([_strength(model, actuator) for actuator in actuators])
+    limits = np.array([_joint_limit(model, joint) for joint in model.actuator_trnid[actuators, 0]])
     return ServoLaw.of(
         model.actuator_gainprm[actuators, 0] * gear**2,
         (0.0 - model.actuator_biasprm[actuators, 2]) * gear**2,
-        np.array([_servo_limit(model, actuator) for actuator in actuators]),
+        np.minimum(strengths, limits),
         delay,
     )
-
-
-def _servo_limit(model: Any, actuator: int) -> float:
-    """Largest torque that a servo exerts on its joint [N m]; infinite if there is no limit."""
-    joint, limit = int(model.actuator_trnid[actuator][0]), _strength(model, actuator)
-    if model.jnt_actfrclimited[joint]:
-        limit = min(limit, _symmetric_limit(model.jnt_actfrcrange[joint]))
-    return limit
 
 
 def _is_servo(model: Any, actuator: int, joint: int) -> bool:
@@ -175,8 +165,8 @@ def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], .
     dofs = model.jnt_dofadr[list(joints)]
     of_drive = {name: _of_actuators(model, joints, name) for name in ("armature", "damping")}
     damps, springs = (not disabled(model, flag) for flag in ("DAMPER", "SPRING"))
-    motors = dc_motors(model, joints)
-    viscous, dry = friction_of_motors(motors, joints)
+    motors = mjcf_dcmotors.dc_motors(model, joints)
+    viscous, dry = mjcf_dcmotors.friction_of_motors(motors, joints)
     loses = not (disabled(model, "FRICTIONLOSS") or disabled(model, "CONSTRAINT"))
     terms = {
         "rotor_inertia": model.dof_armature[dofs] + of_drive["armature"],
@@ -188,7 +178,8 @@ def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], .
         for name, values in terms.items()
     ]
     names = [joint_name(model, joint) for joint in joints]
-    rows += [*stribeck_friction(motors, joints, names), *ripples(motors, joints, names)]
+    rows += mjcf_dcmotors.stribeck_friction(motors, joints, names)
+    rows += mjcf_dcmotors.ripples(motors, joints, names)
     stiff = [joint for joint in joints if springs and model.jnt_stiffness[joint]]
     if stiff:
         rows.append(_springs(model, stiff))
@@ -201,17 +192,11 @@ def effect_rows(model: Any, joints: Sequence[int]) -> tuple[Mapping[str, Any], .
 
 def _springs(model: Any, joints: Sequence[int]) -> Mapping[str, Any]:
     """Joint springs: stiffness [N m/rad] and torque at position zero [N m], joint by joint."""
-    values = [
-        value
-        for joint in joints
-        for stiffness in (float(model.jnt_stiffness[joint]),)
-        for value in (stiffness, -stiffness * float(model.qpos_spring[model.jnt_qposadr[joint]]))
-    ]
-    return {
-        "name": "joint_spring",
-        "joints": [joint_name(model, joint) for joint in joints],
-        "values": [value + 0.0 for value in values],
-    }
+    stiffness = model.jnt_stiffness[joints]
+    offset = -stiffness * model.qpos_spring[model.jnt_qposadr[joints]]
+    values = np.stack([stiffness, offset], axis=1).ravel() + 0.0
+    names = [joint_name(model, joint) for joint in joints]
+    return {"name": "joint_spring", "joints": names, "values": values.tolist()}
 
 
 def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
@@ -220,10 +205,8 @@ def _of_actuators(model: Any, joints: Sequence[int], name: str) -> np.ndarray:
     if per_actuator is None:  # MuJoCo before 3.7 lacks it
         return shares
     for actuator, joint in joint_actuators(model):
-        if joint in joints:
-            shares[list(joints).index(joint)] += (
-                per_actuator[actuator] * model.actuator_gear[actuator][0] ** 2
-            )
+        share = per_actuator[actuator] * model.actuator_gear[actuator][0] ** 2
+        shares += share * (np.asarray(joints) == joint)
     return shares
 
 
@@ -231,12 +214,5 @@ def limits_of(model: Any, joints: Sequence[int], torque: np.ndarray) -> Limits:
     """Limits of position and torque (n,); MuJoCo has no limits of velocity."""
     limited = model.jnt_limited[list(joints)].astype(bool)
     lower, upper = model.jnt_range[list(joints)].T
-    unlimited = np.full(len(joints), np.inf)
-    return Limits(
-        np.where(limited, lower, -unlimited),
-        np.where(limited, upper, unlimited),
-        unlimited,
-        unlimited,
-        unlimited,
-        torque,
-    )
+    far = np.full(len(joints), np.inf)
+    return Limits(np.where(limited, lower, -far), np.where(limited, upper, far), far, far, far, torque)

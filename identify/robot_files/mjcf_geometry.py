@@ -19,7 +19,7 @@ ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
 def read_mjcf_geometry(path: Path, moving: Sequence[str] | None, held: Held) -> pin.GeometryModel | None:
-    """Collision bodies of the robot that `read_mjcf` reads with the same arguments, without pairs.
+    """Collision bodies of the robot that `mjcf_kinematics` makes with the same arguments, without pairs.
 
     The name of each is that of its body and a number. Everything that is fixed to the base, including floors
     and tables, belongs to the base.

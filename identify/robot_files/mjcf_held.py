@@ -31,20 +31,10 @@ def held_positions(
     held: Held = MappingProxyType({}),
     where: str = "MJCF",
 ) -> dict[int, np.ndarray]:
-    """Positions of the joints that are held, as they are in `qpos`.
-
-    Args:
-        model: Compiled MJCF.
-        moving: Names of the joints that move. None: all joints except `held`.
-        held: Names of joints that are held away from their reference, and their positions.
-        where: Name of the file in errors.
+    """Positions in `qpos` of the joints that are held; `moving` and `held` are those of `read_kinematics`.
 
     Returns:
         Index of each held joint -> position, shape (1,) [rad, m], (4,) of a ball or (7,) of a free joint.
-
-    Raises:
-        UnknownJoint: A joint in `moving` or `held` does not exist.
-        RobotError: A position has another count of numbers than its joint.
     """
     names = [joint_name(model, joint) for joint in range(model.njnt)]
     for name in (*(moving or ()), *held):

@@ -16,14 +16,7 @@ ROUNDING = 1e-12
 def check_mjcf(model: Any, parts: Sequence[int], joints: Sequence[int], where: str) -> None:
     """Refuse forces and constraints that act neither on a single joint nor on rigid bodies.
 
-    Args:
-        model: Compiled MJCF.
-        parts: Index of the joint that moves each body, 0 for the base.
-        joints: Joints of the file that move.
-        where: Name of the file in messages.
-
-    Raises:
-        RobotError: There is such a force or constraint; the message names the first.
+    `parts` are the indices of the joint that moves each body, 0 for the base; `joints` those that move.
     """
     for check in (_medium, _plugins, _springs, _equalities, _tendons, _actuators):
         for refused in check(model, parts, set(joints)):

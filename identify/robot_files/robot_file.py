@@ -16,6 +16,7 @@ from ..arm.robot import Held, Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
 from ..file_names import looked_in
 from ..model import Model
+from . import toml_fields as toml
 from .bam_file import with_bam_rows
 from .description import NAMED, is_description, read_kinematics
 from .effect_rows import read_effects, read_measurements, read_priors
@@ -23,18 +24,6 @@ from .kinematics import Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_keys import KEYS
 from .robot_text import FORMAT, RIGID_BODY, model_text, urdf_text
-from .toml_fields import (
-    boolean,
-    check_keys,
-    matrix,
-    number,
-    numbers,
-    parse_toml,
-    read_text,
-    string,
-    strings,
-    tables,
-)
 from .urdf import read_choice, read_held
 
 __all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
@@ -91,7 +80,7 @@ def read_model(
         kinematics = read_kinematics(path, joints, held)
         model, doubts = described_model(path.stem, kinematics), kinematics.doubts
     else:
-        model, doubts = _parse(read_text(path), path.parent, str(path))
+        model, doubts = _parse(toml.read_text(path), path.parent, str(path))
         doubts = (*doubts, *_value_doubts(model, str(path)))
     for doubt in doubts:
         warnings.warn(doubt, RobotWarning, stacklevel=2)
@@ -130,22 +119,21 @@ def parse_model(text: str, folder: Path | None = None, where: str = "robot file"
 
 def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str, ...]]:
     """Model, and doubts about its geometry and bodies."""
-    table = parse_toml(text, where)
+    table = toml.parse_toml(text, where)
     if "belief" in table:  # the name of the table [prior] in older files
         table["prior"] = table.pop("belief")
-    check_keys(table, KEYS[""], where)
+    toml.check_keys(table, KEYS[""], where)
     if table.get("format", FORMAT) != FORMAT:
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
     kinematics = _kinematics(table, folder or Path(), where)
     robot = _robot(table, kinematics)
     doubts = kinematics.doubts
-    if table.get("effect"):
-        rows, sentences = with_bam_rows(tables(table["effect"], "effect"), robot.joints, folder or Path())
-        table["effect"], doubts = rows, (*doubts, *sentences)
+    if rows := toml.rows(table, "effect"):
+        table["effect"], sentences = with_bam_rows(rows, robot.joints, folder or Path())
+        doubts = (*doubts, *sentences)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
     stated |= read_priors(table.get("prior", {}), Model(robot, effects).names)
-    rows = table.get("measurement", [])
-    measurements = read_measurements(tables(rows, "measurement") if rows else (), robot)
+    measurements = read_measurements(toml.rows(table, "measurement"), robot)
     return Model(robot, effects, stated, measurements=measurements), doubts
 
 
@@ -153,40 +141,40 @@ def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematic
     sources = [key for key in SOURCES if key in table]
     if len(sources) != 1:
         raise RobotError(f"{where}: give exactly one of {', '.join(SOURCES)}; found {sources or 'none'}")
-    name = string(table.get("name", "robot"), "name")
+    name = toml.string(table.get("name", "robot"), "name")
     source, value = sources[0], table[sources[0]]
     chosen = [key for key in ("joints", "held") if key in table]
-    if source == "link" and chosen == ["held"]:  # of the description from which the rows were made
-        return replace(link_kinematics(tables(value, "link"), name), held=read_held(table["held"], where))
-    if chosen and source not in DESCRIPTIONS:
+    copied = source == "link" and chosen == ["held"]  # of the description from which the rows were made
+    if chosen and source not in DESCRIPTIONS and not copied:
         raise RobotError(
             f"{where}: {chosen[0]} selects joints of a urdf or mjcf; all rows of {source} are used"
         )
     if source == "link":
-        return link_kinematics(tables(value, "link"), name)
+        kinematics = link_kinematics(toml.tables(value, "link"), name)
+        return replace(kinematics, held=read_held(table.get("held", {}), where))
     if source == "mdh" and not isinstance(value, str):
-        return mdh_kinematics(tables(value, "mdh"), name)
-    path = folder / string(value, source)
+        return mdh_kinematics(toml.tables(value, "mdh"), name)
+    path = folder / toml.string(value, source)
     if source == "mdh":
-        return parse_mdh(read_text(path), name, str(path))
+        return parse_mdh(toml.read_text(path), name, str(path))
     moving, held = read_choice(table, where)
     return read_kinematics(path, moving, held)
 
 
 def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     model = kinematics.model
-    model.name = string(table.get("name", model.name), "name")
+    model.name = toml.string(table.get("name", model.name), "name")
     if "gravity" in table:
         model.gravity = pin.Motion(_gravity(table["gravity"]), np.zeros(3))
     flange = kinematics.flange
     if "flange" in table:
-        check_keys(table["flange"], KEYS["[flange]"], "[flange]")
+        toml.check_keys(table["flange"], KEYS["[flange]"], "[flange]")
         flange = read_placement(table["flange"], "[flange]")
     known: dict[str, Any] = {"coupling": kinematics.coupling, "gear_ratio": kinematics.gear_ratio}
     known |= _drive(table.get("drive", {}), model.nv)
     known["inertias_stated"] = "inertial_tolerance" in table
     if known["inertias_stated"]:
-        known["inertial_tolerance"] = number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
+        known["inertial_tolerance"] = toml.number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
     revolute = np.array([joint.revolute for joint in joints_of(model)])
     limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), revolute)
     return Robot(model.name, model, limits, flange=flange, held=kinematics.held, **known)
@@ -194,25 +182,27 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
 
 def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:
     """Arguments of `Robot` that describe its drives."""
-    check_keys(table, KEYS["[drive]"], "[drive]")
+    toml.check_keys(table, KEYS["[drive]"], "[drive]")
     known: dict[str, Any] = {}
     if "gain_tolerance" in table:
-        known["drive_gain_tolerance"] = numbers(table["gain_tolerance"], n, "[drive] gain_tolerance", 0.0)
+        known["drive_gain_tolerance"] = toml.numbers(
+            table["gain_tolerance"], n, "[drive] gain_tolerance", 0.0
+        )
     for key, name in (("gain", "drive_gain"), ("gear_ratio", "gear_ratio")):
         if key not in table:
             continue
-        known[name] = numbers(table[key], n, f"[drive] {key}")
+        known[name] = toml.numbers(table[key], n, f"[drive] {key}")
         if not np.all(known[name]):
             raise RobotError(f"[drive] {key}: {known[name].tolist()} has a zero; give 1 where it is unknown")
     if "gain_in_inertias" in table:
-        known["inertias_by_gain"] = boolean(table["gain_in_inertias"], "[drive] gain_in_inertias")
+        known["inertias_by_gain"] = toml.boolean(table["gain_in_inertias"], "[drive] gain_in_inertias")
     for key in ("direct_drive", "passive"):
         if key in table:
-            known[key] = tuple(strings(table[key], f"[drive] {key}"))
+            known[key] = tuple(toml.strings(table[key], f"[drive] {key}"))
     if (servo := _servo(table, n)) is not None:
         known["servo"] = servo
     if "coupling" in table:
-        known["coupling"] = matrix(table["coupling"], n, "[drive] coupling")
+        known["coupling"] = toml.matrix(table["coupling"], n, "[drive] coupling")
     return known
 
 
@@ -222,8 +212,8 @@ def _servo(table: Mapping[str, Any], n: int) -> PositionServo | None:
         if "servo_limit" in table:
             raise RobotError("[drive] servo_limit: give servo_gain too; 1 where [drive] gain is in N m/rad")
         return None
-    gain = numbers(table["servo_gain"], n, "[drive] servo_gain", 0.0)
-    limit = numbers(table.get("servo_limit", np.inf), n, "[drive] servo_limit", 0.0, infinite=True)
+    gain = toml.numbers(table["servo_gain"], n, "[drive] servo_gain", 0.0)
+    limit = toml.numbers(table.get("servo_limit", np.inf), n, "[drive] servo_limit", 0.0, infinite=True)
     for key, values in (("servo_gain", gain), ("servo_limit", limit)):
         if not np.all(values > 0.0):
             raise RobotError(f"[drive] {key}: {values.tolist()} has a zero; expected numbers above 0")
@@ -232,13 +222,13 @@ def _servo(table: Mapping[str, Any], n: int) -> PositionServo | None:
 
 def _limits(table: Mapping[str, Any], described: Limits, revolute: np.ndarray) -> Limits:
     """Limits of the file, else those of its description; `revolute` (n,) marks the revolute joints."""
-    check_keys(table, KEYS["[limits]"], "[limits]")
-    degrees = boolean(table.get("degrees", False), "[limits] degrees")
+    toml.check_keys(table, KEYS["[limits]"], "[limits]")
+    degrees = toml.boolean(table.get("degrees", False), "[limits] degrees")
     known = {key: getattr(described, key) for key in LIMIT_KEYS if key not in BACKWARD_KEYS}
     for key in LIMIT_KEYS:
         if key in table:
             low = 0.0 if key not in ("position_lower", "position_upper", *BACKWARD_KEYS) else -np.inf
-            known[key] = numbers(table[key], len(revolute), f"[limits] {key}", low, infinite=True)
+            known[key] = toml.numbers(table[key], len(revolute), f"[limits] {key}", low, infinite=True)
             if key in BACKWARD_KEYS and np.any(known[key] > 0.0):
                 raise RobotError(
                     f"[limits] {key}: {known[key].tolist()}; a limit of backward motion is negative"
@@ -261,12 +251,11 @@ def _effect_rows(table: Mapping[str, Any], kinematics: Kinematics, robot: Robot)
     A file with `[[link]]` rows states all its effects. A URDF or MDH table has only bodies and gets the usual
     effects, for which an MJCF may have values.
     """
-    stated = table.get("effect")
-    rows: list[Mapping[str, Any]] = list(tables(stated, "effect")) if stated not in (None, []) else []
+    stated, rows = table.get("effect"), toml.rows(table, "effect")
     usual: tuple[str, ...] = USUAL_EFFECTS if stated is None and "link" not in table else ()
     named = [row.get("name") for row in rows]
     implied: list[Mapping[str, Any]] = []
-    if RIGID_BODY not in named and boolean(table.get("rigid_body", True), "rigid_body"):
+    if RIGID_BODY not in named and toml.boolean(table.get("rigid_body", True), "rigid_body"):
         implied.append({"name": RIGID_BODY})
     if kinematics.rotor_inertia and "rotor_inertia" not in named:
         rotors = kinematics.rotor_inertia
@@ -302,7 +291,7 @@ def _gravity(value: object) -> np.ndarray:
         raise RobotError(
             f"gravity: expected a vector in the frame of the base, such as [0.0, 0.0, -9.81]; found {value!r}"
         )
-    gravity = numbers(value, 3, "gravity")
+    gravity = toml.numbers(value, 3, "gravity")
     if (size := float(np.linalg.norm(gravity))) > STRONGEST_GRAVITY:
         raise RobotError(
             f"gravity: {size:g} m/s^2; it is at most {STRONGEST_GRAVITY:g}. On the Earth it is 9.81"

@@ -35,11 +35,7 @@ TOO_SHORT = 1e-3
 def model_text(model: Model) -> str:
     """A robot.toml with the kinematics, limits, drives, effects, measurements and priors of a model."""
     robot = model.robot
-    head: dict[str, Any] = {
-        "format": FORMAT,
-        "name": robot.name,
-        "gravity": robot.gravity,
-    }
+    head: dict[str, Any] = {"format": FORMAT, "name": robot.name, "gravity": robot.gravity}
     if robot.held:
         head["held"] = robot.held
     if robot.inertias_stated:
@@ -54,7 +50,10 @@ def model_text(model: Model) -> str:
         row = _effect_row(effect, model, written)
         if place or row != {"name": RIGID_BODY}:
             blocks.append(block("[[effect]]", row))
-    blocks += [block("[[measurement]]", _measurement_row(part)) for part in model.measurements]
+    blocks += [
+        block("[[measurement]]", {"name": measurement_name(part), **_fields(part)})
+        for part in model.measurements
+    ]
     single = {n: list(b) for n, b in model.stated.items() if n in model.names and n not in written}
     if single:
         blocks.append(block("[prior]", single))
@@ -123,8 +122,7 @@ def _inertia(robot: Robot, place: int) -> dict[str, Any]:
 
 def _effect_row(effect: Effect, model: Model, written: set[str]) -> dict[str, Any]:
     """Fields of an effect, and its priors if all its parameters have one; adds those to `written`."""
-    row: dict[str, Any] = {"name": name_of(effect)}
-    row |= {key_of(f): value for f in fields(effect) if (value := getattr(effect, f.name)) is not None}
+    row: dict[str, Any] = {"name": name_of(effect), **_fields(effect)}
     names = [parameter.name for parameter in effect.parameters(model.robot)]
     if names and all(name in model.stated for name in names):
         row["values"] = [model.stated[name].value for name in names]
@@ -133,10 +131,8 @@ def _effect_row(effect: Effect, model: Model, written: set[str]) -> dict[str, An
     return row
 
 
-def _measurement_row(measurement: Measurement) -> dict[str, Any]:
-    values = {f.name: getattr(measurement, f.name) for f in fields(measurement)}
-    row = {key: value for key, value in values.items() if value is not None}
-    return {"name": measurement_name(measurement), **row}
+def _fields(part: Effect | Measurement) -> dict[str, Any]:
+    return {key_of(f): value for f in fields(part) if (value := getattr(part, f.name)) is not None}
 
 
 def urdf_text(model: Model) -> str:

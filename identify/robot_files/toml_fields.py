@@ -153,6 +153,11 @@ def tables(value: object, where: str) -> list[Mapping[str, Any]]:
     return value
 
 
+def rows(table: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    """Rows `[[key]]` of a table; none if it lacks the key or states an empty list."""
+    return tables(table[key], key) if table.get(key, []) != [] else []
+
+
 def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
     """A heading such as [drive] or [[link]], followed by its keys."""
     return f"{heading}\n{lines(table, tall)}" if table else heading

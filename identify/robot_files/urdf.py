@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from ..arm.robot import Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
-from .kinematics import Kinematics, inertia_elements, rigid_inertia
+from .kinematics import Kinematics, inertia_elements, named_flange, rigid_inertia
 from .toml_fields import number, numbers, read_text, strings
 from .urdf_checks import MOVING, axis_of, check_joint, check_urdf, link_at, numbers_of, read_tree, urdf_doubts
 from .xacro_macros import expanded
@@ -26,13 +26,7 @@ FAR = 1e300
 
 
 def read_urdf(path: Path) -> str:
-    """Text of a URDF; the package xacro expands macros, with the defaults of their arguments.
-
-    Raises:
-        RobotError: The file cannot be read, or its macros read a file outside of its folder.
-        BrokenTree: The macros cannot be expanded within the limits of time and memory.
-        MissingPackage: xacro is not installed.
-    """
+    """Text of a URDF; the package xacro expands macros, with the defaults of their arguments."""
     text = read_text(path)
     return expanded(path) if path.suffix.lower() == XACRO else text
 
@@ -45,11 +39,7 @@ def parse_urdf(
 ) -> Kinematics:
     """Kinematics of a URDF; a `continuous` joint becomes a revolute joint without limits.
 
-    Args:
-        text: Text of the URDF.
-        where: Name of the file in messages.
-        moving: Names of the joints that move; the others are held at zero. None: all joints except `held`.
-        held: Names of joints that are held away from zero, and their positions [rad, m].
+    `moving` and `held` are those of `read_kinematics`; `where` is the name of the file in messages.
 
     Raises:
         BrokenTree: It is not one tree of joints with one degree of freedom; the message names the cause.
@@ -68,18 +58,15 @@ def parse_urdf(
         for shape in (*link.findall("visual"), *link.findall("collision")):
             link.remove(shape)  # `read_geometry` reads them; urdfdom would complain about unknown shapes
     model = _load(ElementTree.tostring(root, encoding="unicode"), where)
-    described = _gather(limits, tuple(model.names)[1:])
-    return Kinematics(
-        model, described, _flange(model, root), doubts=tuple(urdf_doubts(root, where)), held=dict(held)
-    )
+    lower, upper, velocity, effort = np.array([limits[joint] for joint in list(model.names)[1:]]).T
+    unlimited = np.full(model.nv, np.inf)
+    described = Limits(lower, upper, velocity, unlimited, unlimited, effort)
+    doubts = tuple(urdf_doubts(root, where))
+    return Kinematics(model, described, _flange(model, root), doubts=doubts, held=dict(held))
 
 
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
-    """Joints of a URDF that are not fixed: joints that a model can have, and joints that have to be held.
-
-    Raises:
-        BrokenTree: The text is not a URDF.
-    """
+    """Joints of a URDF that are not fixed: joints that a model can have, and joints that have to be held."""
     free: list[str] = []
     bound: list[str] = []
     for joint in read_tree(text, where).findall("joint"):
@@ -90,11 +77,7 @@ def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]
 
 
 def read_choice(table: Mapping[str, Any], where: str) -> tuple[list[str] | None, Held]:
-    """Values of the keys `joints`, joints that move, or None; and `held`, joints with positions [rad, m].
-
-    Raises:
-        RobotError: A value is wrong, or both name the same joint.
-    """
+    """Values of the keys `joints`, joints that move, or None; and `held`, joints with positions [rad, m]."""
     moving = strings(table["joints"], "joints") if "joints" in table else None
     held = read_held(table.get("held", {}), where)
     conflicting = sorted(set(moving or ()) & set(held))
@@ -104,11 +87,7 @@ def read_choice(table: Mapping[str, Any], where: str) -> tuple[list[str] | None,
 
 
 def read_held(held: object, where: str) -> Held:
-    """Positions of held joints: a number [rad, m] each, or a list for a free joint or a ball of an MJCF.
-
-    Raises:
-        RobotError: A value is wrong.
-    """
+    """Positions of held joints: a number [rad, m] each, or a list for a free joint or a ball of an MJCF."""
     if not isinstance(held, dict):
         raise RobotError(f"{where}: held is {held!r}; expected held = {{ JOINT = POSITION, ... }} [rad, m]")
     return {joint: _held_position(value, f"held: {joint}") for joint, value in held.items()}
@@ -121,12 +100,7 @@ def _held_position(value: object, where: str) -> float | tuple[float, ...]:
 
 
 def _hold(joints: Mapping[str, Element], moving: Collection[str] | None, held: Held, where: str) -> None:
-    """Fix every joint that does not move, at its position in `held` or at zero.
-
-    Raises:
-        UnknownJoint: A named joint does not exist.
-        RobotError: A joint with a position does not have one degree of freedom.
-    """
+    """Fix every joint that does not move, at its position in `held` or at zero."""
     for name in (*(moving or ()), *held):
         if name not in joints:
             raise UnknownJoint(name, where, list(joints))
@@ -200,12 +174,6 @@ def _load(text: str, where: str) -> pin.Model:
     return model
 
 
-def _gather(limits: dict[str, tuple[float, float, float, float]], joints: tuple[str, ...]) -> Limits:
-    lower, upper, velocity, effort = np.array([limits[joint] for joint in joints]).T
-    unlimited = np.full(len(joints), np.inf)
-    return Limits(lower, upper, velocity, unlimited, unlimited, effort)
-
-
 def _flange(model: pin.Model, root: Element) -> pin.SE3:
     """Placement, in the last joint's frame, of the leaf link whose name is that of a flange."""
     parents = {link_at(joint, "parent") for joint in root.findall("joint")}
@@ -216,8 +184,4 @@ def _flange(model: pin.Model, root: Element) -> pin.SE3:
         and frame.parentJoint == model.njoints - 1
         and frame.name not in parents
     }
-    for ending in FLANGES:
-        for name, placement in leaves.items():
-            if name.lower().endswith(ending):
-                return pin.SE3(placement)
-    return pin.SE3.Identity()
+    return named_flange(leaves, FLANGES)

@@ -23,11 +23,7 @@ DEEPEST = 100
 
 
 def read_tree(text: str, where: str) -> Element:
-    """Root element of a URDF.
-
-    Raises:
-        BrokenTree: The text is not a URDF.
-    """
+    """Root element of a URDF."""
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
@@ -53,12 +49,7 @@ def _check_depth(root: Element, where: str) -> None:
 
 
 def check_urdf(root: Element, where: str) -> None:
-    """Refuse a URDF that is not one tree of links, or has invalid numbers.
-
-    Raises:
-        BrokenTree: The URDF is wrong; the message names the cause.
-        RobotError: A center of mass is farther away than an arm is long, even if other links are fixed to it.
-    """
+    """Refuse a URDF that is not one tree of links, or has invalid numbers."""
     _check_names(root, where)
     _check_tree(root, where)
     for element in root.iter():
@@ -137,11 +128,7 @@ def _check_numbers(element: Element, where: str) -> None:
 def attribute_numbers(
     element: Element, key: str, count: int, where: str, default: str = "", largest: float = np.inf
 ) -> np.ndarray:
-    """Numbers of an attribute, finite and at most `largest` in size, shape (count,).
-
-    Raises:
-        BrokenTree: There are not `count` such numbers.
-    """
+    """Numbers of an attribute, finite and at most `largest` in size, shape (count,)."""
     text = element.get(key, default)
     try:
         values = numbers_of(text)
@@ -153,11 +140,7 @@ def attribute_numbers(
 
 
 def check_joint(joint: Element, where: str) -> None:
-    """Refuse a joint that is neither fixed nor has one degree of freedom.
-
-    Raises:
-        BrokenTree: The joint is such a joint.
-    """
+    """Refuse a joint that is neither fixed nor has one degree of freedom."""
     kind = joint.get("type")
     if kind not in (*MOVING, "fixed"):
         raise BrokenTree(f"{where} is {kind}; valid types: {', '.join(MOVING)}, fixed. {HELD}")

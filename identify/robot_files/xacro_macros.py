@@ -28,13 +28,7 @@ FORBIDDEN = (
 
 
 def expanded(path: Path) -> str:
-    """URDF to which a file of macros expands, with the defaults of their arguments.
-
-    Raises:
-        BrokenTree: The macros cannot be expanded, or exceed the limits.
-        RobotError: They read a file outside of their folder.
-        MissingPackage: xacro is not installed.
-    """
+    """URDF to which a file of macros expands, with the defaults of their arguments."""
     optional("xacro", f"{path.name}, a file of macros,", "xacro")
     try:
         text = call(f"{__name__}:expand", [str(path)], MEMORY, SECONDS)

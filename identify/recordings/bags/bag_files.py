@@ -57,12 +57,7 @@ class Bag:
         self.notes: list[str] = []
 
     def messages(self) -> Iterator[BagMessage]:
-        """All messages with joint states or arrays of numbers.
-
-        Raises:
-            NotAFile: The bag cannot be read.
-            MissingPackage: rosbags is not installed.
-        """
+        """All messages with joint states or arrays of numbers."""
         with refused_as(self.source, "a ROS bag"):
             files = sorted(self.source.glob("*.mcap")) if self.source.is_dir() else [self.source]
             if files and files[0].suffix.lower() == ".mcap":
@@ -134,13 +129,9 @@ def _mcap_decoder(channel: Channel, schema: Schema | None) -> tuple[str, Decoder
 
 
 def _decoder(kind: str, encoding: str, text: str, idl: bool) -> Decoder:
-    """Decoder of messages of one type.
+    """Decoder of messages of one type in `WANTED`; `encoding` is "ros1", or "cdr" for ROS 2.
 
-    Args:
-        kind: Type of the messages, one of `WANTED`.
-        encoding: "ros1", or "cdr" for ROS 2.
-        text: Definition of the type and its parts; empty in bags from before ROS 2 Iron.
-        idl: Whether the definition is in IDL.
+    `text` is the definition of the type and its parts, in IDL if `idl`; empty in bags from before ROS 2 Iron.
     """
     store = _types(kind, text, idl)
     deserialize = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr

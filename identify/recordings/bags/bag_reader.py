@@ -69,13 +69,7 @@ class Content:
 
 
 def read_bag(source: Path) -> Content:
-    """Read a bag.
-
-    Raises:
-        NotAFile: The bag cannot be read, or has no joint states.
-        BadTime: A time stamp is beyond the years 1970 to 2262.
-        MissingPackage: rosbags is not installed.
-    """
+    """Read a bag."""
     optional("rosbags.highlevel", "a ROS bag", "ros2")  # so that this process reports a missing package
     content = call_reader(f"{__name__}:read_messages", "rosbags or mcap", _folder(source))
     groups = [Group(**group | {"names": tuple(group["names"])}) for group in content["groups"]]
@@ -90,12 +84,7 @@ def _folder(source: Path) -> Path:
 
 
 def read_messages(source: str) -> dict[str, Any]:
-    """Messages of a bag, as fields of `Content`; this runs in the separate process.
-
-    Raises:
-        NotAFile: The bag cannot be read, or has no joint states.
-        BadTime: A time stamp is beyond the years 1970 to 2262.
-    """
+    """Messages of a bag, as fields of `Content`; this runs in the separate process."""
     bag = Bag(Path(source))
     states: dict[tuple[str, str, tuple[str, ...]], list[BagMessage]] = {}
     arrays: dict[str, list[BagMessage]] = {}
@@ -114,14 +103,14 @@ def read_messages(source: str) -> dict[str, Any]:
     if not states:
         raise NotAFile(_nothing(source, bag))
     return {
-        "groups": [_group(*key, messages) for key, messages in states.items()],
+        "groups": [vars(_group(*key, messages)) for key, messages in states.items()],
         "arrays": {name: _equally_long(messages) for name, messages in arrays.items()},
         "notes": [*bag.notes, *_repeated(states.values())],
     }
 
 
-def _group(topic: str, kind: str, names: tuple[str, ...], messages: list[BagMessage]) -> dict[str, Any]:
-    """Fields of a `Group` from its messages; values of the wrong number are NaN."""
+def _group(topic: str, kind: str, names: tuple[str, ...], messages: list[BagMessage]) -> Group:
+    """Joint states of the same joints from their messages; values of the wrong number are NaN."""
     messages = sorted(messages, key=lambda message: message.received)
     rows, wrong, silent = {}, {}, np.full(len(names), np.nan)
     for field_name in messages[0].content.fields:
@@ -134,15 +123,9 @@ def _group(topic: str, kind: str, names: tuple[str, ...], messages: list[BagMess
         rows[field_name] = np.array(values)
         if counts:
             wrong[field_name] = [len(counts), counts[-1]]
-    return {
-        "topic": topic,
-        "names": names,
-        "received": np.array([message.received for message in messages], np.int64),
-        "stamp": np.array([message.content.stamp for message in messages], np.int64),
-        "rows": rows,
-        "kind": kind,
-        "wrong": wrong,
-    }
+    received = np.array([message.received for message in messages], np.int64)
+    stamp = np.array([message.content.stamp for message in messages], np.int64)
+    return Group(topic, names, received, stamp, rows, kind, wrong)
 
 
 def _repeated(groups: Iterable[list[BagMessage]]) -> list[str]:

@@ -116,18 +116,9 @@ def _unset(stamp: np.ndarray) -> bool:
 
 
 def joined(source: str, parts: Sequence[Group], times: Sequence[np.ndarray]) -> tuple[Group, np.ndarray, str]:
-    """All joints at common times.
+    """Joints in different messages as one part at common times (t,) [ns], and a warning.
 
-    Args:
-        source: Name of the bag in messages.
-        parts: Joints in different messages.
-        times: Times of each part, shape (t,) [ns].
-
-    Returns:
-        All joints as one part; its times, shape (t,) [ns]; and a warning about the interpolation.
-
-    Raises:
-        RecordingError: The joints have no common times.
+    `times` are those of each part, shape (t,) [ns]; `source` is the name of the bag in messages.
     """
     ordered = [np.unique(time) for time in times]
     periods = [_period(time) for time in ordered]

@@ -37,10 +37,6 @@ def import_ros2_bag(
         joints: Names of the joints in the bag: one per joint, or a pattern such as "left_{joint}".
         effort: Quantity in the field effort, "torque" or "current".
         payload: Payload on the flange.
-
-    Raises:
-        RecordingError: The bag cannot be read or holds no run of this robot.
-        MissingPackage: rosbags is not installed.
     """
     if effort not in EFFORT:
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
@@ -106,15 +102,7 @@ def _with_efforts(
 ) -> dict[str, Signal]:
     """Signals without efforts that only some joints have; the effort of a joint without motor is zero.
 
-    Args:
-        source: Path of the bag.
-        groups: Joint states of the bag.
-        names: Names of the robot's joints in the bag.
-        signals: All measured signals.
-        robot: Robot that was recorded.
-
-    Raises:
-        NotRecorded: A joint has no effort.
+    `names` are those of the robot's joints in the bag.
     """
     efforts = {name: signals[name] for name in EFFORT if name in signals}
     silent = {name: np.isnan(signal.values).all(axis=0) for name, signal in efforts.items()}

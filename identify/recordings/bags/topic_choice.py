@@ -33,9 +33,6 @@ def choose_topics(
         topic: Topic of the joint states, or several topics separated by commas; by default the topic with all
             joints, or all topics with any of them.
         joints: Names of the joints in the bag: one per joint, or a pattern such as "left_{joint}".
-
-    Raises:
-        RecordingError: The bag lacks such a topic or joint, or has a joint on several topics.
     """
     if topic is not None:
         return _of_topics(source, groups, robot, topic.split(","), joints)
@@ -58,11 +55,7 @@ def choose_topics(
 
 
 def _best(source: Path, complete: Mapping[str, Sequence[Group]]) -> str:
-    """Best of several topics with all joints: preferably one with efforts and with plain joint states.
-
-    Raises:
-        RecordingError: Several are equally good, and none is the usual topic.
-    """
+    """Best of several topics with all joints: preferably one with efforts and with plain joint states."""
     ranks = {topic: _rank(groups) for topic, groups in complete.items()}
     best = [topic for topic, rank in ranks.items() if rank == min(ranks.values())]
     if len(best) > 1 and USUAL not in best:
@@ -85,11 +78,7 @@ def _rank(groups: Sequence[Group]) -> tuple[bool, bool]:
 def _of_topics(
     source: Path, groups: Sequence[Group], robot: Robot, topics: list[str], joints: str | Sequence[str] | None
 ) -> tuple[list[Group], list[str]]:
-    """Joint states on the stated topics.
-
-    Raises:
-        RecordingError: A topic does not exist, or they lack a joint; the message names topics that have it.
-    """
+    """Joint states on the stated topics."""
     known = _by_topic(groups)
     for topic in topics:
         if topic not in known:

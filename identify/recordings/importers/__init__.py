@@ -152,14 +152,7 @@ def import_source(
 
 
 def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
-    """Tables of a file, one per run, before the meaning and units of their columns are known.
-
-    Raises:
-        NotAFile: The path does not exist, or no importer can read it.
-        RecordingError: The format is not a table.
-        UnknownKey: The kind does not exist; the message lists the valid ones.
-        MissingPackage: A library that the format needs is not installed.
-    """
+    """Tables of a file, one per run, before the meaning and units of their columns are known."""
     source = Path(source)
     kind, function = _reader(source, kind)
     if not IMPORTERS[kind].table:

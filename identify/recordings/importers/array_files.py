@@ -1,11 +1,14 @@
-"""Files with named arrays: MATLAB, HDF5, NumPy, Parquet, and LeRobot's folders of Parquet files."""
+"""Files with named arrays: MATLAB, HDF5, NumPy, Parquet, and LeRobot's folders of Parquet files.
+
+Readers raise `NotAFile` for a damaged file, and `MissingPackage` if their library is not installed.
+"""
 
 import json
 import math
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +31,6 @@ def read_matlab(source: Path) -> list[Table]:
     """Read the variables of a MATLAB file: scipy reads version 5, and h5py version 7.3, which is HDF5.
 
     The name of a field of a structure contains both names, such as `data.q`.
-
-    Raises:
-        NotAFile: It is not such a file, or holds no arrays of numbers.
-        MissingPackage: h5py is needed and not installed.
     """
     from scipy.io import loadmat
 
@@ -61,12 +60,7 @@ def _require_matlab(source: Path) -> None:
 
 
 def read_hdf5(source: Path, between: str = "/") -> list[Table]:
-    """Read data sets of an HDF5 file; the name of a data set in a group is its path, such as `arm/q`.
-
-    Raises:
-        NotAFile: It is not such a file, or holds no arrays of numbers.
-        MissingPackage: h5py is not installed.
-    """
+    """Read data sets of an HDF5 file; the name of a data set in a group is its path, such as `arm/q`."""
     h5py = optional("h5py", "an HDF5 file", "hdf5")
     arrays: dict[str, Any] = {}
 
@@ -80,11 +74,7 @@ def read_hdf5(source: Path, between: str = "/") -> list[Table]:
 
 
 def read_npz(source: Path) -> list[Table]:
-    """Read arrays that `numpy.savez` or `savez_compressed` wrote; arrays of objects are refused.
-
-    Raises:
-        NotAFile: It is not such a file, or holds no arrays of numbers.
-    """
+    """Read arrays that `numpy.savez` or `savez_compressed` wrote; arrays of objects are refused."""
     with refused_as(source, "a NumPy file"), open(source, "rb") as file:
         require_zip(source)
         with np.load(file) as arrays:
@@ -92,22 +82,12 @@ def read_npz(source: Path) -> list[Table]:
 
 
 def read_parquet(source: Path) -> list[Table]:
-    """Read columns of numbers, times, and lists of numbers of equal length, which become `name1`, `name2`, ….
-
-    Raises:
-        NotAFile: It is not such a file, or holds no columns of numbers.
-        MissingPackage: pyarrow is not installed.
-    """
+    """Read columns of numbers, times, and lists of equal length, which become `name1`, `name2`, …."""
     return [table_of(source, _parquet_columns(source))]
 
 
 def read_lerobot(source: Path) -> list[Table]:
-    """Read a LeRobot folder with meta/info.json, version 2 or 3: one run per episode, at its frame rate.
-
-    Raises:
-        NotAFile: A file is missing or does not belong to such a data set.
-        MissingPackage: pyarrow is not installed.
-    """
+    """Read a LeRobot folder with meta/info.json, version 2 or 3: one run per episode, at its frame rate."""
     rate, joints = _lerobot_info(source / "meta" / "info.json")
     tables = []
     for path in sorted(source.glob("data/**/*.parquet")):
@@ -176,19 +156,17 @@ def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known
     """Table of arrays: a matrix `q` becomes `q1`, `q2`; names in a group are preceded by that of the group.
 
     The number of samples is the axis length with the most numbers. Arrays without such an axis, such as
-    parameters beside the run, are left out.
-
-    Args:
-        source: Path of the file.
-        named: Arrays, or mappings or structures of arrays, by name.
-        between: Separator of the names of a group and its members.
-        known: Further attributes of the table.
-
-    Raises:
-        NotAFile: There is no array of numbers.
+    parameters beside the run, are left out. `known` are further attributes of the table.
     """
-    limit = _Limit(source)
-    arrays = dict(_arrays("", named, between, limit))
+    size = 0
+
+    def require(count: int) -> None:
+        """Refuse an array, before its numbers are read, if the content becomes too large."""
+        nonlocal size
+        size += 8 * count
+        require_size(source, size)
+
+    arrays = dict(_arrays("", named, between, require))
     numbers: Counter[int] = Counter()
     for values in arrays.values():
         numbers[max(values.shape)] += values.size
@@ -205,35 +183,25 @@ def table_of(source: Path, named: Mapping[str, Any], between: str = ".", **known
     return Table(list(columns), np.column_stack(list(columns.values())), **known)
 
 
-class _Limit:
-    """Limit on the content of a file, counted as numbers of 8 bytes."""
-
-    def __init__(self, source: Path) -> None:
-        self._source, self._size = source, 0
-
-    def add(self, count: int) -> None:
-        """Count the numbers of an array before they are read; raise NotAFile if there are too many."""
-        self._size += 8 * count
-        require_size(self._source, self._size)
-
-
-def _arrays(name: str, value: Any, between: str, limit: _Limit) -> Iterator[tuple[str, np.ndarray]]:
+def _arrays(
+    name: str, value: Any, between: str, require: Callable[[int], None]
+) -> Iterator[tuple[str, np.ndarray]]:
     """All arrays of numbers with one or two axes longer than one, as floats, and their names."""
     if isinstance(value, Mapping):
         for key, item in value.items():
-            yield from _arrays(f"{name}{between}{key}" if name else str(key), item, between, limit)
+            yield from _arrays(f"{name}{between}{key}" if name else str(key), item, between, require)
         return
     lengths = [count for count in getattr(value, "shape", ()) if count > 1]
     if len(lengths) > 2 or len(lengths) == 2 and min(lengths) > WIDEST:
         return  # pictures; they are not even read
-    limit.add(math.prod(lengths))
+    require(math.prod(lengths))
     values = np.asarray(value)
     if values.dtype.names:
-        yield from _arrays(name, {field: values[field] for field in values.dtype.names}, between, limit)
+        yield from _arrays(name, {field: values[field] for field in values.dtype.names}, between, require)
     elif values.dtype == object:
         for place, item in enumerate(values.flat):
             if isinstance(item, np.ndarray | np.void):
-                yield from _arrays(name if values.size == 1 else f"{name}{place + 1}", item, between, limit)
+                yield from _arrays(name if values.size == 1 else f"{name}{place + 1}", item, between, require)
     elif values.dtype.kind in "mM" and values.size > 1:
         yield name, np.squeeze(values.astype(f"{values.dtype.kind}8[ns]").astype(float)) * 1e-9
     elif values.dtype.kind in "biuf" and values.size > 1:

@@ -23,17 +23,8 @@ from ...effects import (
 )
 from ...errors import ExidynError, NotAFile, RecordingError, RobotError
 from ...model import Model
+from ...robot_files import toml_fields as toml
 from ...robot_files.description import read_kinematics
-from ...robot_files.toml_fields import (
-    boolean,
-    integer,
-    number,
-    numbers,
-    parse_toml,
-    read_text,
-    string,
-    tables,
-)
 from ..recording import KnownPayload, Recording
 from ..tables.import_table import import_table
 from ..tables.table import read_csv
@@ -64,18 +55,13 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
         source: Path of the folder, or of its case.toml.
         model: Model that replaces the model of the case.
         role: Role of the runs to import; by default all.
-
-    Raises:
-        NotAFile: There is no valid case.toml.
-        RecordingError: A run does not match its case.
-        RobotError: The robot's URDF is wrong.
     """
     folder = source if source.is_dir() else source.parent
     case = _read(folder / "case.toml")
     model = model or nominal_model(folder)
     with _of(folder):
-        name = string(_table(case, "case")["name"], "[case] name")
-        runs = [_run(run) for run in tables(case.get("runs"), "runs")] if case.get("runs") else []
+        name = toml.string(_table(case, "case")["name"], "[case] name")
+        runs = [_run(run) for run in toml.rows(case, "runs")]
     return [
         recording
         for file, known in runs
@@ -87,16 +73,10 @@ def import_case_folder(source: Path, model: Model | None = None, role: str | Non
 
 
 def nominal_model(folder: Path) -> Model:
-    """Nominal model of a case, with priors from its tolerances.
-
-    Raises:
-        NotAFile: There is no valid case.toml.
-        RecordingError: A key is missing or has an invalid value.
-        RobotError: The robot's URDF is wrong.
-    """
+    """Nominal model of a case, with priors from its tolerances."""
     case = _read(folder / "case.toml")
     with _of(folder):
-        path = folder / string(_table(case, "robot")["urdf"], "[robot] urdf")
+        path = folder / toml.string(_table(case, "robot")["urdf"], "[robot] urdf")
     kinematics = read_kinematics(path).model
     with _of(folder):
         robot = _robot(case, kinematics)
@@ -117,7 +97,7 @@ def _of(folder: Path) -> Iterator[None]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        case = parse_toml(read_text(path), str(path))
+        case = toml.parse_toml(toml.read_text(path), str(path))
     except RobotError as error:
         raise NotAFile(str(error)) from error
     table = case.get("case")
@@ -136,18 +116,18 @@ def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 def _robot(case: Mapping[str, Any], kinematics: pin.Model) -> Robot:
     believed, limits, n = _table(case, "believed"), _table(case, "limits"), kinematics.nv
-    gravity = numbers(believed["gravity"], 3, "[believed] gravity")
+    gravity = toml.numbers(believed["gravity"], 3, "[believed] gravity")
     kinematics.gravity = pin.Motion(gravity, np.zeros(3))
     keys = ("position_lower", "position_upper", "velocity", "acceleration", "torque")
-    known = {key: numbers(limits[key], n, f"[limits] {key}", infinite=True) for key in keys}
-    drive = {key: numbers(believed[key], n, f"[believed] {key}") for key in ("drive_gain", "gear_ratio")}
+    known = {key: toml.numbers(limits[key], n, f"[limits] {key}", infinite=True) for key in keys}
+    drive = {key: toml.numbers(believed[key], n, f"[believed] {key}") for key in ("drive_gain", "gear_ratio")}
     for key, values in drive.items():
         if not np.all(values):
             raise RecordingError(
                 f"[believed] {key}: {values.tolist()} has a zero; give 1 where it is unknown"
             )
     return Robot(
-        name=string(_table(case, "robot")["name"], "[robot] name"),
+        name=toml.string(_table(case, "robot")["name"], "[robot] name"),
         kinematics=kinematics,
         limits=Limits(jerk=np.full(n, np.inf), **known),
         drive_gain_tolerance=np.full(n, WITHIN * _tolerance(believed, "drive_gain_tolerance")),
@@ -159,7 +139,7 @@ def _robot(case: Mapping[str, Any], kinematics: pin.Model) -> Robot:
 
 
 def _tolerance(believed: Mapping[str, Any], key: str) -> float:
-    return number(believed[key], f"[believed] {key}", 0.0)
+    return toml.number(believed[key], f"[believed] {key}", 0.0)
 
 
 def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
@@ -172,12 +152,12 @@ def _model(robot: Robot, believed: Mapping[str, Any]) -> Model:
         if present:
             effects.append(kind(tuple(robot.joints[joint] for joint in present)))
         if present and values:
-            nominal = numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
+            nominal = toml.numbers(believed[values], robot.dof, f"[believed] {values}").tolist()
             std = share * _tolerance(believed, tolerance)
             term_priors = {f"{name}{joint + 1}": _prior(nominal[joint], std) for joint in present}
             stated |= term_priors
             bounded |= term_priors.keys() if share == WITHIN else set()
-    if boolean(terms["balancer"], "[believed.terms] balancer"):
+    if toml.boolean(terms["balancer"], "[believed.terms] balancer"):
         spring, term_priors = _balancer(robot, _table(believed, "balancer"), believed)
         effects.append(spring)
         stated |= term_priors
@@ -189,18 +169,18 @@ def _flags(value: object, count: int, where: str) -> list[bool]:
     """True or false for each joint."""
     if not isinstance(value, list) or len(value) != count:
         raise RecordingError(f"{where}: expected true or false for each of {count} joints; found {value!r}")
-    return [boolean(flag, where) for flag in value]
+    return [toml.boolean(flag, where) for flag in value]
 
 
 def _balancer(
     robot: Robot, balancer: Mapping[str, Any], believed: Mapping[str, Any]
 ) -> tuple[SpringBalancer, dict[str, Prior]]:
-    values = {key: number(balancer[key], f"[believed.balancer] {key}") for key in (*SPRING, "Kr", "K0")}
-    joint = integer(balancer["joint"], "[believed.balancer] joint", 1)
+    values = {key: toml.number(balancer[key], f"[believed.balancer] {key}") for key in (*SPRING, "Kr", "K0")}
+    joint = toml.integer(balancer["joint"], "[believed.balancer] joint", 1)
     if joint > robot.dof:
         raise RecordingError(f"[believed.balancer] joint: {joint}, but the robot has {robot.dof}")
     # Without its own tolerance, the spring is as well known as the masses that it carries.
-    tolerance = number(
+    tolerance = toml.number(
         balancer.get("tolerance", believed["inertial_tolerance"]), "[believed.balancer] tolerance", 0.0
     )
     effect = SpringBalancer(robot.joints[joint - 1], **{key: values[key] for key in SPRING})
@@ -216,12 +196,12 @@ def _run(run: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """File of a run, and its payload and settings as arguments of `import_table`."""
     settings = {key: str(value) for key, value in run.items() if key not in ("file", "payload")}
     payload = KnownPayload("L", _known(_table(run, "payload"))) if "payload" in run else None
-    return string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}
+    return toml.string(run["file"], "[[runs]] file"), {"payload": payload, "settings": settings}
 
 
 def _known(payload: Mapping[str, Any]) -> tuple[tuple[str, float], ...]:
     com, inertia = (
-        numbers(payload[key], count, f"[[runs]] payload {key}").tolist() if key in payload else None
+        toml.numbers(payload[key], count, f"[[runs]] payload {key}").tolist() if key in payload else None
         for key, count in (("com", 3), ("inertia", 6))
     )
-    return known_parameters(number(payload["mass"], "[[runs]] payload mass"), com, inertia)
+    return known_parameters(toml.number(payload["mass"], "[[runs]] payload mass"), com, inertia)

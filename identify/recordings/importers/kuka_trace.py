@@ -33,22 +33,14 @@ CHANNELS: dict[str, str] = {
 If both a drive and the interpolator have a signal, the drive's is used, since it is sampled faster."""
 ARM_AXES = 6
 """Number of axes that a KUKA controller reserves for the arm; the seventh is the external axis E1."""
+Header = dict[str, str]
+"""Codes of a channel and their values; the name is in German on most controllers."""
 TYPES = {"REAL64": "<f8", "REAL32": "<f4", "INT32": "<i4", "INT16": "<i2", "WORD16": "<u2", "WORD32": "<u4"}
 
 LARGEST = 1e15
 """Limit of numbers in a header: above it, a double is no longer exact to a tenth."""
 MOST = 10_000_000
 """Maximum number of samples of a channel: nearly three hours at 1 kHz, while a trace lasts minutes."""
-
-
-@dataclass(frozen=True)
-class _Channel:
-    """One channel: name (German on most controllers), unit, whether it is implicit, and values (t,)."""
-
-    name: str
-    unit: str
-    implicit: bool
-    values: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -81,9 +73,6 @@ def import_kuka_trace(
         zero: Position in the robot's description at the controller's zero, one per joint [rad].
         name: Name of the trace in a folder of several; by default all traces.
         payload: Payload on the flange.
-
-    Raises:
-        RecordingError: The files hold no run of this robot; the message gives the reason.
     """
     folder = source if source.is_dir() else source.parent
     traces: dict[str, list[Path]] = {}
@@ -132,35 +121,33 @@ def _external(columns: list[_Column], arm_axes: int, warnings: list[str]) -> Con
 
 
 def _columns(file: Path, warnings: list[str]) -> list[_Column]:
-    channels, missing = _read_diadem(file)
-    warnings += missing
+    channels = _read_diadem(file, warnings)
     number = re.search(r"#(\d+)$", file.stem)
-    times = [channel for channel in channels if channel.implicit]
+    times = [channel for channel in channels if _implicit(channel[0])]
     if not times:
         raise RecordingError(f"{file} has no implicit channel of time")
-    time = _in_si(times[0], warnings)
+    time = _in_si(*times[0], warnings)
     columns = []
-    for channel in channels:
-        match = re.match(r"([a-z_]+?)[ _#]*a?(\d*)$", channel.name.lower())
+    for header, numbers in channels:
+        match = re.match(r"([a-z_]+?)[ _#]*a?(\d*)$", header["200"].lower())
         signal = CHANNELS.get(match[1]) if match else None
         axis = match[2] if match and match[2] else (number[1] if number else "")
-        values = _in_si(channel, warnings) if signal and axis else None
+        values = _in_si(header, numbers, warnings) if signal and axis else None
         if signal and values is not None and time is not None:
             shown = min(len(time), len(values))
             columns.append(_Column(signal, int(axis), 0 if number else 1, time[:shown], values[:shown]))
     return columns
 
 
-def _in_si(channel: _Channel, warnings: list[str]) -> np.ndarray | None:
-    """Values in SI units; None, and a warning, for an unknown unit."""
-    unit = unit_named(channel.unit)
-    if unit is None:
-        warnings.append(
-            f"{channel.name} was left out: its unit is '{channel.unit}', known are {', '.join(UNITS)}"
-        )
+def _in_si(header: Header, numbers: np.ndarray, warnings: list[str]) -> np.ndarray | None:
+    """Numbers of a channel (t,) in SI units; None, and a warning, for an unknown unit."""
+    name, unit = header["200"], header.get("202", "")
+    entry = unit_named(unit)
+    if entry is None:
+        warnings.append(f"{name} was left out: its unit is '{unit}', known are {', '.join(UNITS)}")
         return None
-    _, factor, offset = unit
-    return channel.values * factor + offset
+    _, factor, offset = entry
+    return numbers * factor + offset
 
 
 def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]) -> Signal:
@@ -187,32 +174,32 @@ def _signal(name: str, columns: list[_Column], model: Model, warnings: list[str]
     return Signal(time, values)
 
 
-def _read_diadem(path: Path) -> tuple[list[_Channel], list[str]]:
-    """All channels of a header and its data file, and warnings about missing data."""
+def _read_diadem(path: Path, warnings: list[str]) -> list[tuple[Header, np.ndarray]]:
+    """Header and numbers (t,) of all channels, and warnings about missing data."""
     headers = _headers(path)
     explicit = [header for header in headers if not _implicit(header)]
     if not explicit:
         raise NotAFile(f"{path} has no channel with data")
-    warnings: list[str] = []
-    channels = []
+    channels, missing = [], list[str]()
     for header in headers:
         if _implicit(header):
             values = np.arange(_whole_number(path, header, "220", 0), dtype=float)
         else:
-            values = _stored(path, header, len(explicit), warnings)
+            values = _stored(path, header, len(explicit), missing)
         scaled = values * _number(path, header, "241", 1.0) + _number(path, header, "240", 0.0)
-        channels.append(_Channel(header["200"], header.get("202", ""), _implicit(header), scaled))
-    return channels, list(dict.fromkeys(warnings))
+        channels.append((header, scaled))
+    warnings += dict.fromkeys(missing)
+    return channels
 
 
-def _headers(path: Path) -> list[dict[str, str]]:
+def _headers(path: Path) -> list[Header]:
     """Codes and values of each channel in a header."""
     try:
         # KUKA's headers are ISO-8859-1 (a degree sign is one byte), in which any byte is a character.
         lines = path.read_text(encoding="iso-8859-1").splitlines()
     except OSError as error:
         raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
-    headers: list[dict[str, str]] = []
+    headers: list[Header] = []
     inside = False
     for line in map(str.strip, lines):
         if line == "#BEGINCHANNELHEADER":
@@ -230,11 +217,11 @@ def _headers(path: Path) -> list[dict[str, str]]:
     return headers
 
 
-def _implicit(header: dict[str, str]) -> bool:
+def _implicit(header: Header) -> bool:
     return header.get("210", "").upper().startswith("IMPLI")  # IMPLIZIT in German files, IMPLICIT in others
 
 
-def _number(path: Path, header: dict[str, str], code: str, default: float) -> float:
+def _number(path: Path, header: Header, code: str, default: float) -> float:
     text = header.get(code, "")
     try:
         value = float(text) if text else default
@@ -247,7 +234,7 @@ def _number(path: Path, header: dict[str, str], code: str, default: float) -> fl
     return value
 
 
-def _whole_number(path: Path, header: dict[str, str], code: str, default: int) -> int:
+def _whole_number(path: Path, header: Header, code: str, default: int) -> int:
     """Number of samples or of a column in a header."""
     value = _number(path, header, code, default)
     if not 0 <= value <= MOST or value != int(value):
@@ -257,7 +244,7 @@ def _whole_number(path: Path, header: dict[str, str], code: str, default: int) -
     return int(value)
 
 
-def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str]) -> np.ndarray:
+def _stored(path: Path, header: Header, width: int, warnings: list[str]) -> np.ndarray:
     """Values of a channel before offset and factor; fewer than the header states if data are cut off."""
     data = _data_file(path, header)
     kind = header.get("214", "REAL64").upper()
@@ -277,7 +264,7 @@ def _stored(path: Path, header: dict[str, str], width: int, warnings: list[str])
     return values.astype(float)
 
 
-def _data_file(path: Path, header: dict[str, str]) -> Path:
+def _data_file(path: Path, header: Header) -> Path:
     """Data file beside the header: named in the header, or with the same name as the header."""
     named = header.get("211", "").replace("\\", "/").rsplit("/", 1)[-1].lower()
     beside = {file.name.lower(): file for file in path.parent.iterdir()}

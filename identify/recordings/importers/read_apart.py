@@ -21,18 +21,9 @@ HELD = 3
 
 
 def read_apart(place: str, library: str, source: Path) -> list[Table]:
-    """Tables in a file, read in a separate process.
+    """Tables in a file, read in a separate process by the function "module:function" of this package.
 
-    Args:
-        place: "module:function" in this package; the function takes a path.
-        library: Name of the reader in messages.
-        source: Path of the file or folder.
-
-    Raises:
-        NotAFile: The reader crashed, took too long, needs too much memory, or refused the file.
-        RecordingError: The file is not a table, or has another error that the reader raises.
-        MissingPackage: The library is not installed.
-        OSError: The file cannot be opened.
+    `library` is the name of the reader in messages.
     """
     rows = call_reader(f"{__name__}:read_rows", library, source, place)
     return [Table(**row | {"joints": tuple(row["joints"])}) for row in rows]

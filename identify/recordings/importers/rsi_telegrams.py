@@ -78,9 +78,6 @@ def import_rsi_telegrams(
         sign: 1 or -1 per joint: direction of the controller's axis relative to the robot's description.
         zero: Position in the robot's description at the controller's zero, one per joint [rad].
         payload: Payload on the flange.
-
-    Raises:
-        RecordingError: The file holds no run of this robot; the message gives the reason.
     """
     telegrams = _read(source)
     axes = _axes(source, telegrams, model.robot, joints)
@@ -103,11 +100,7 @@ def import_rsi_telegrams(
 
 
 def _read(source: Path) -> _Telegrams:
-    """All telegrams of a file.
-
-    Raises:
-        NotAFile: It has no telegrams that can be read.
-    """
+    """All telegrams of a file."""
     with refused_as(source, "telegrams of RSI"):
         if source.name.endswith(".gz"):
             require_gzip(source)
@@ -159,12 +152,7 @@ def _telegram(text: str) -> tuple[int, dict[tuple[str, str], float]] | None:
 
 
 def _axes(source: Path, telegrams: _Telegrams, robot: Robot, joints: str | Sequence[str] | None) -> list[str]:
-    """Axis of each joint.
-
-    Raises:
-        NotRecorded: The telegrams have no positions of axes.
-        WrongShape: The number of axes is not the number of joints, and `joints` does not name them.
-    """
+    """Axis of each joint."""
     axes = list(telegrams.values["position"])
     if not axes:
         raise NotRecorded(

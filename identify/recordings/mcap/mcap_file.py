@@ -21,36 +21,11 @@ from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording,
 from ..recording_checks import check_recorded, imported_warnings
 from ..servo_error import LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from . import cdr
+from . import mcap_topics as topics
+from . import mcap_writer as writing
 from .mcap_records import Contents, read_contents
-from .mcap_topics import (
-    ARRAY,
-    EVENTS,
-    NAME,
-    STATE,
-    TIMING_FIELDS,
-    TRANSFORMS,
-    Topic,
-    event_message,
-    nanoseconds,
-    state_messages,
-    state_topic,
-    timing_messages,
-    timing_topic,
-    topic_of,
-    topics_of,
-)
-from .mcap_writer import (
-    CHUNK,
-    EPOCH,
-    FORMAT,
-    Head,
-    RecordingWriter,
-    Stream,
-    of_any_length,
-    pose_messages,
-    ticks,
-    write_merged,
-)
+from .mcap_topics import Topic, nanoseconds
+from .mcap_writer import FORMAT, Head, RecordingWriter, Stream
 
 LATEST = 2**63 * 1e-9
 """Latest time that the format can hold [s since 1970]."""
@@ -65,13 +40,13 @@ def write_recording(recording: Recording, path: Path | str) -> None:
     streams = _streams(recording, head.epoch)
     start = min((int(stream.logged[0]) for stream in streams if len(stream.logged)), default=head.epoch)
     with open(part, "wb") as file, RecordingWriter(file, head, start) as writer:
-        write_merged(streams, writer)
+        writing.write_merged(streams, writer)
         writer.add_outcome(recording.outcome)
     os.replace(part, path)
 
 
 def _head(recording: Recording) -> Head:
-    epoch = EPOCH
+    epoch = writing.EPOCH
     if recording.host_time is not None and len(recording.host_time):
         epoch = int(recording.host_time[0] - nanoseconds(recording.signals["position"].time[:1])[0])
     return Head(
@@ -91,18 +66,18 @@ def _streams(recording: Recording, epoch: int) -> list[Stream]:
     joints = recording.robot.joints
     content = [
         (topic, recording.signals[next(iter(topic.fields))].time, topic.messages(joints, recording.signals))
-        for topic in topics_of(recording.signals)
+        for topic in topics.topics_of(recording.signals)
     ]
     content.append(_transforms(recording))
     if recording.timing is not None:
         timing = recording.timing
-        content.append((timing_topic(timing.stages), timing.time, timing_messages(timing)))
+        content.append((topics.timing_topic(timing.stages), timing.time, topics.timing_messages(timing)))
     if recording.controller is not None:
         state = recording.controller
-        content.append((state_topic(state.words), state.time, state_messages(state.values)))
+        content.append((topics.state_topic(state.words), state.time, topics.state_messages(state.values)))
     if recording.events:
-        messages = of_any_length([event_message(event) for event in recording.events])
-        content.append((EVENTS, np.array([event.time for event in recording.events]), messages))
+        messages = writing.of_any_length([topics.event_message(event) for event in recording.events])
+        content.append((topics.EVENTS, np.array([event.time for event in recording.events]), messages))
     streams = []
     for topic, time, messages in content:
         _require_times(recording, topic, time, epoch)
@@ -137,8 +112,9 @@ def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarra
 def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
     """Poses of the links at `TRANSFORM_RATE`, or at the rate of the recording if that is lower."""
     position = recording.signals["position"]
-    shown = position[np.flatnonzero(np.diff(ticks(position.time), prepend=-np.inf))]
-    return TRANSFORMS, shown.time, pose_messages(recording.robot.kinematics, shown.time, shown.values)
+    shown = position[np.flatnonzero(np.diff(writing.ticks(position.time), prepend=-np.inf))]
+    poses = writing.pose_messages(recording.robot.kinematics, shown.time, shown.values)
+    return topics.TRANSFORMS, shown.time, poses
 
 
 def read_recording(path: Path | str) -> Recording:
@@ -222,7 +198,7 @@ def _read_signals(contents: Contents, head: Head) -> tuple[dict[str, Signal], np
     signals = dict.fromkeys(head.samples, silent)
     host_time = np.empty(0, np.int64)
     for number, channel in contents.channels.items():
-        topic = topic_of(channel.topic, channel.metadata)
+        topic = topics.topic_of(channel.topic, channel.metadata)
         if topic is None:
             continue
         rows = contents.rows(number, topic.template(joints).dtype)
@@ -251,18 +227,17 @@ def _losses(contents: Contents, head: Head, signals: Mapping[str, Signal]) -> li
     if not contents.finished:
         last = signals["position"].time[-1:].tolist()
         until = f"the run is known up to {last[0]:.3f} s" if last else "it has no samples"
-        losses.insert(
-            0, f"file ends abruptly: {until}; what the recorder still held, at most {CHUNK} bytes, is lost"
-        )
+        held = f"what the recorder still held, at most {writing.CHUNK} bytes, is lost"
+        losses.insert(0, f"file ends abruptly: {until}; {held}")
     return losses
 
 
 def _timing(contents: Contents, epoch: int) -> Timing | None:
     """Timing of a run; None if it was not recorded."""
-    number = _channel(contents, "/timing", ARRAY)
+    number = _channel(contents, "/timing", topics.ARRAY)
     if number is None:
         return None
-    time, data = _numbers(contents, number, len(TIMING_FIELDS), epoch)
+    time, data = _numbers(contents, number, len(topics.TIMING_FIELDS), epoch)
     stages = contents.channels[number].metadata.get("stages", "")
     data = np.nan_to_num(data, nan=0.0, posinf=0.0, neginf=0.0)
     data[np.abs(data) > MOST] = 0.0
@@ -272,7 +247,7 @@ def _timing(contents: Contents, epoch: int) -> Timing | None:
 
 def _state(contents: Contents, epoch: int) -> ControllerState | None:
     """State of the controller; None if it was not recorded, or if its description is damaged."""
-    number = _channel(contents, STATE, ARRAY)
+    number = _channel(contents, topics.STATE, topics.ARRAY)
     if number is None:
         return None
     metadata = contents.channels[number].metadata
@@ -296,15 +271,11 @@ def _numbers(contents: Contents, channel: int, count: int, epoch: int) -> tuple[
 
 def _events(contents: Contents, epoch: int) -> tuple[Event, ...]:
     """Events of a run, in the order of their recording; damaged events count as lost."""
-    number = _channel(contents, EVENTS.name, EVENTS.schema)
+    number = _channel(contents, topics.EVENTS.name, topics.EVENTS.schema)
     events: list[Event] = []
     for published, body in contents.bodies(number) if number is not None else ():
         try:
-            message = cdr.read_log(body)
-            details = json.loads(message.function) if message.function else {}
-            events.append(
-                Event((published - epoch) / 1e9, message.name.removeprefix(NAME), message.text, details)
-            )
+            events.append(topics.event_of(body, (published - epoch) / 1e9))
         except ValueError:
             contents.lost.append("a damaged event")
     return tuple(events)

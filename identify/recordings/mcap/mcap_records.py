@@ -99,11 +99,7 @@ class Contents:
 
 
 def read_contents(path: Path) -> Contents:
-    """Read a file as far as possible.
-
-    Raises:
-        NotAFile: The file is missing, empty, or not an MCAP file.
-    """
+    """Read a file as far as possible."""
     try:
         with open(path, "rb") as file:
             if not path.stat().st_size:

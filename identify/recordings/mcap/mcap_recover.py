@@ -6,7 +6,6 @@ from array import array
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from ...errors import NotAFile, RecordingError
@@ -64,17 +63,15 @@ def recover(source: Path, target: Path) -> Recovered:
 
 def _losses(contents: Contents) -> list[str]:
     losses = []
-    unknown = sum(not _described(contents, message) for message in contents.messages_in_order())
+    described = {
+        number for number, channel in contents.channels.items() if channel.schema_id in (0, *contents.schemas)
+    }
+    unknown = sum(message.channel_id not in described for message in contents.messages_in_order())
     if unknown:
         losses.append(f"{unknown} messages of topics whose description is damaged")
     if not contents.finished:
         losses.append("whatever came after the end of the file")
     return losses
-
-
-def _described(contents: Contents, message: Message) -> bool:
-    channel = contents.channels.get(message.channel_id)
-    return channel is not None and channel.schema_id in (0, *contents.schemas)
 
 
 def _explain(contents: Contents, writer: Writer, source: Path, lost: tuple[str, ...]) -> None:

@@ -135,9 +135,7 @@ def timing_topic(stages: Sequence[str]) -> Topic:
 
 def timing_messages(timing: Timing) -> np.ndarray:
     """One message per cycle, shape (t,)."""
-    records = np.repeat(cdr.double_array(len(TIMING_FIELDS)), len(timing))
-    records["data"] = np.stack([getattr(timing, name) for name in TIMING_FIELDS], axis=1)
-    return records
+    return state_messages(np.stack([getattr(timing, name) for name in TIMING_FIELDS], axis=1))
 
 
 def state_topic(words: Mapping[str, Mapping[int, str]]) -> Topic:
@@ -158,3 +156,10 @@ def event_message(event: Event) -> bytes:
     level = LEVELS.get(event.kind, cdr.INFO)
     details = json.dumps(dict(event.details)) if event.details else ""
     return cdr.log_message(stamp, level, NAME + event.kind, event.text, details)
+
+
+def event_of(body: bytes, time: float) -> Event:
+    """Event at a time [s] of a message from `event_message`; ValueError if the message is damaged."""
+    message = cdr.read_log(body)
+    details = json.loads(message.function) if message.function else {}
+    return Event(time, message.name.removeprefix(NAME), message.text, details)

@@ -125,11 +125,12 @@ class Columns:
                 places = [self._place(names, quantities, reserved) for names in choices]
             if signal in stated or signal == "position":
                 self._require_all(signal, choices, places, where)
-            if (
-                max(places) >= 0
-                and self._follows(stated.get(signal, ""), signal in chosen, block)
-                and not self.table.joints
-            ):
+            names = stated.get(signal, "")
+            # The columns of its array may have to be those that correspond to the positions.
+            follows = isinstance(names, str) and (
+                signal not in chosen or (block is not None and "{" not in names)
+            )
+            if max(places) >= 0 and follows and not self.table.joints:
                 places = self._of_arm(signal, places, block)
             if max(places) >= 0:
                 self._note_doubles(signal, places)
@@ -190,11 +191,6 @@ class Columns:
         from_zero = self._index.place([first]) >= 0 > self._index.place([last])
         return [number - from_zero for number in self._numbers]
 
-    @staticmethod
-    def _follows(names: Names, chosen: bool, block: tuple[int, int] | None) -> bool:
-        """Whether a signal takes the columns of its array that correspond to those of the positions."""
-        return isinstance(names, str) and (not chosen or (block is not None and "{" not in names))
-
     def _block(self, names: Names) -> tuple[int, int] | None:
         """First place of the positions in a larger array, and its size; None if there is no such array."""
         if isinstance(names, str) or len(names) != self.robot.dof:
@@ -205,11 +201,7 @@ class Columns:
         return (begin, len(array)) if consecutive and len(array) > len(names) else None
 
     def _of_arm(self, signal: str, places: list[int], block: tuple[int, int] | None) -> list[int]:
-        """Columns of this arm in an array that may have more columns than the arm has joints.
-
-        Raises:
-            WrongShape: The array has more columns, and the positions do not show which belong to this arm.
-        """
+        """Columns of this arm in an array that may have more columns than the arm has joints."""
         names = [self.table.names[place] for place in places if place >= 0]
         array = columns_of_array(self.table.names, names[0])
         if len(array) <= self.robot.dof or not set(names) <= set(array):

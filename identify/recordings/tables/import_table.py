@@ -126,11 +126,7 @@ def import_table(
 
 
 def _stem(source: Path) -> str:
-    """Name of the run: name of the file without its ending, or of the folder.
-
-    Raises:
-        NotAFile: The operating system refuses the path.
-    """
+    """Name of the run: name of the file without its ending, or of the folder."""
     try:
         is_file = source.is_file()
     except OSError as error:
@@ -152,11 +148,7 @@ def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarra
 def _by_signal(
     stated: Mapping[str, Names], effort: str, option: str, more: Sequence[str] = ()
 ) -> dict[str, Names]:
-    """Values of an option by signal; the key "effort" is replaced by the signal `effort`.
-
-    Raises:
-        WrongShape: A key is not a signal.
-    """
+    """Values of an option by signal; the key "effort" is replaced by the signal `effort`."""
     valid = (*more, *SIGNALS, "effort")
     if unknown := [key for key in stated if key not in valid]:
         raise WrongShape(f"{option}: unknown {', '.join(unknown)}. Valid: {', '.join(valid)}")

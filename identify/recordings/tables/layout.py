@@ -61,7 +61,7 @@ def layout_of(lines: Sequence[str]) -> Layout:
         commonest = max(SEPARATORS[:3], key=lambda mark: lines[header].count(mark or " "))
         separator = commonest if commonest in lines[header] else None
         return Layout(separator, _names(lines[header], separator), [], header + 1, header + 2, 0)
-    width = _width(lines[begin], separator)
+    width = len(without_empty_end(cells_of(lines[begin], separator), 1))
     heads = {k: _names(lines[k], separator) for k in range(begin) if lines[k].strip()}
     if not heads:
         return Layout(separator, [str(k + 1) for k in range(width)], [], 0, begin + 1, 0)
@@ -105,11 +105,6 @@ def _is_sample(line: str, separator: str | None, first: bool) -> bool:
     if len(cells) < 2 or not numbers:
         return False
     return numbers + missing == len(cells) if first else 2 * (numbers + missing) >= len(cells)
-
-
-def _width(line: str, separator: str | None) -> int:
-    """Number of cells of a sample, without empty ones at the end."""
-    return len(without_empty_end(cells_of(line, separator), 1))
 
 
 def _header(heads: dict[int, list[str]], lines: Sequence[str], width: int) -> int:

@@ -58,12 +58,9 @@ class NameIndex:
     def place(
         self, choices: Sequence[str], quantities: Collection[str] = (), reserved: Collection[int] = ()
     ) -> int:
-        """Index of the first column with one of these names; -1 if there is none.
+        """Index of the first column with one of some names, in the order of preference; -1 if there is none.
 
-        Args:
-            choices: Names in the order of preference.
-            quantities: SI units; columns whose names contain a unit of another quantity are skipped.
-            reserved: Indices of columns to skip.
+        Columns whose names contain a unit of none of the SI `quantities`, and `reserved` ones, are skipped.
         """
         for name in choices:
             if self._exact.get(name, -1) not in (-1, *reserved):

@@ -133,11 +133,7 @@ def read_preset(source: str | Path) -> Preset:
 
 
 def parse_preset(text: str, where: str) -> Preset:
-    """A preset from its text; `where` is its name in messages.
-
-    Raises:
-        RobotError: The text is wrong; the message names the key, its value and what is valid.
-    """
+    """A preset from its text; `where` is its name in messages."""
     table = parse_toml(text, where)
     if not isinstance(still := table.get("still", {}), dict):
         raise RobotError(f"{where}: [still] is {still!r}; expected a table of COLUMN = [LOWEST, HIGHEST]")
@@ -149,11 +145,7 @@ def parse_preset(text: str, where: str) -> Preset:
 
 
 def preset_for(source: Path, columns: Columns) -> Preset:
-    """Preset in a log's folder, else the built-in preset that matches its time and first joint, else empty.
-
-    Raises:
-        RobotError: The preset is wrong.
-    """
+    """Preset in a log's folder, else the built-in one that matches its time and first joint, else empty."""
     path = (source if source.is_dir() else source.parent) / BESIDE
     if path.is_file():
         return read_preset(path)

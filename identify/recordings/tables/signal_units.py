@@ -104,11 +104,7 @@ class SignalUnits:
         return each
 
     def _of_file(self, signal: str, place: int, wanted: str) -> str:
-        """Unit that the file states for a column, if it is a unit of the quantity.
-
-        Raises:
-            BadUnit: It is percent for a position, which is ambiguous.
-        """
+        """Unit that the file states for a column, if it is a unit of the quantity."""
         table = self._columns.table
         unit = table.unit(table.names[place]) if place >= 0 else ""
         entry = unit_named(unit)
@@ -127,11 +123,7 @@ class SignalUnits:
 
 
 def with_rate(preset: Preset, columns: Columns, chosen: Mapping[str, Names], rate: float) -> Preset:
-    """Preset for a file without time, with its sampling rate [Hz].
-
-    Raises:
-        RecordingError: The file has a time column.
-    """
+    """Preset for a file without time, with its sampling rate [Hz]."""
     stated = str(chosen.get("time") or preset.signals.get("time", Reading("")).column)
     column = stated if chosen.get("time") or stated in columns.table.names else own_time(columns.table)
     require_no_time(columns.source, column)
@@ -140,11 +132,7 @@ def with_rate(preset: Preset, columns: Columns, chosen: Mapping[str, Names], rat
 
 
 def require_no_time(source: Path, column: str) -> None:
-    """Refuse a rate for a file with a time column; `column` is "" if it has none.
-
-    Raises:
-        RecordingError: There is a time column.
-    """
+    """Refuse a rate for a file with a time column; `column` is "" if it has none."""
     if column:
         raise RecordingError(
             f"{source} has its own time, column {column}; --rate (rate) is for tables and arrays without time"
@@ -195,7 +183,7 @@ def stamped(
     if scale is None:
         entry = unit_named(stated or "s")
         of_another = not preset_unit and (entry is None or entry[0] != "s")
-        scale = float(factors(["s"], "" if of_another else stated, f"{preset.name or source}: time")[0][0])
+        scale = float(factors(["s"], ["" if of_another else stated], f"{preset.name or source}: time")[0][0])
     return table, reading.numbers(times[:, None], f"{preset.name}: time")[:, 0] * scale, facts
 
 

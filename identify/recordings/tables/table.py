@@ -213,11 +213,7 @@ def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Ta
 
 
 def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[str]:
-    """Cells of a row, without empty cells behind the last name.
-
-    Raises:
-        WrongShape: There is not one cell per name.
-    """
+    """Cells of a row, without empty cells behind the last name."""
     cells = without_empty_end(cells_of(row, layout.separator), width)
     if len(cells) != width:
         comma = layout.separator == "," and len(cells) > width
@@ -228,11 +224,7 @@ def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[
 
 
 def _lines(source: Path) -> Iterator[tuple[int, str]]:
-    """Number and text of each line.
-
-    Raises:
-        NotAFile: A line is longer than any row of numbers.
-    """
+    """Number and text of each line."""
     opener = gzip.open if source.name.endswith(".gz") else open
     with opener(source, "rt", encoding=_encoding(source)) as file:
         line = 0
@@ -265,9 +257,6 @@ def _rows(
     """Number and text of each line with a sample, without trailing comments.
 
     Repetitions of lines above the samples are skipped; lines that repeat the names are added to `repeated`.
-
-    Raises:
-        NotAFile: There are more numbers than the limit.
     """
     most = largest_size(source) // (8 * len(layout.names))
     count, separator = 0, layout.separator

@@ -39,11 +39,7 @@ def _csv_bytes(recording: Recording) -> bytes:
 
 
 def _parquet_bytes(recording: Recording) -> bytes:
-    """Parquet file with columns of double precision; cells without a sample are null.
-
-    Raises:
-        MissingPackage: pyarrow is not installed.
-    """
+    """Parquet file with columns of double precision; cells without a sample are null."""
     arrow = optional("pyarrow", "a Parquet file", "parquet")
     parquet = optional("pyarrow.parquet", "a Parquet file", "parquet")
     file = io.BytesIO()
