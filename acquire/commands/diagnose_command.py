@@ -23,7 +23,7 @@ from exidyn.identification.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED
-from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option, require_json
+from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.given_runs import COMPARISON_CUTOFF, PAYLOADS, Case, case_folders, read_case, recorded_case
 from ..terminal.json_output import hand_over, json_text, print_written
@@ -63,7 +63,6 @@ effects can be distinguished.""",
 )
 def diagnose_command(args: Namespace) -> int:
     """Diagnose each case, print and write the results."""
-    require_json(args.json)
     folders = case_folders(args.sources)
     make_folder(args.output)
     if args.answer:

@@ -18,7 +18,7 @@ from exidyn.identification.notebook import counted
 
 from ..arguments.command import Command, Option, WrongUse, not_negative, print_warning
 from ..arguments.exit_codes import DONE, LOST
-from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option, require_json
+from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option
 from ..fleet.analysis import change_rows, differences, odd_rows, reports, write_tables
 from ..fleet.source import Source
 from ..fleet.store import Store
@@ -68,7 +68,6 @@ FORMAT = "1"
 )
 def fleet_command(args: Namespace) -> int:
     """Identify new recordings, find changes, print and write them; or compare two arms."""
-    require_json(args.json)
     if args.sources[0] == "compare" and len(args.sources) == 3:
         _compare(args)
         return DONE

@@ -38,7 +38,6 @@ from ..arguments.options import (
     make_folder,
     output_option,
     require_file,
-    require_json,
 )
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..files.simulated_arm import controlled, import_runs, simulated_arm
@@ -98,7 +97,6 @@ of the file's position servos.""",
 )
 def gap_command(args: Namespace) -> None:
     """Simulate and diagnose, write and print the results."""
-    require_json(args.json)
     make_folder(args.output)
     if args.save:
         require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])

@@ -40,7 +40,7 @@ from exidyn.identification.robot_files.description import NAMED, is_description,
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option, positive
-from ..arguments.options import JSON, output_option, require_file, require_json
+from ..arguments.options import JSON, output_option, require_file
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS
@@ -98,7 +98,6 @@ def init_command(args: Namespace) -> None:
 
 
 def _init(args: Namespace, progress: Progress) -> None:
-    require_json(args.json)
     progress("read the log")
     log = args.logs[0]
     preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE

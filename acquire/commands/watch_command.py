@@ -26,7 +26,6 @@ from ..arguments.options import (
     FREE,
     JSON,
     payload_name,
-    require_json,
     robot_option,
 )
 from ..run.arms import make_driver, standing_arm
@@ -83,7 +82,6 @@ STEP = 0.05
 )
 def watch_command(args: Namespace) -> None:
     """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
-    require_json(args.json)
     with ExitStack() as stack:
         alarm, contact = _alarm(args, stack), _contact(args)
         driver, units = _driver(args, alarm, contact)

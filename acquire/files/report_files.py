@@ -19,7 +19,7 @@ from exidyn.identification.result_file import from_table, to_table
 from exidyn.identification.schema import Disagreement
 from exidyn.identification.simulation.comparison import Comparison
 
-from .diagnosis_files import Traces, traces_beside
+from .diagnosis_files import with_samples
 
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
@@ -90,18 +90,13 @@ def _read_table(path: Path) -> dict[str, Any]:
     return table
 
 
-def read_shown(path: Path) -> tuple[Shown, Traces | None]:
+def read_shown(path: Path) -> Shown:
     """A diagnosis, and the samples beside it if there are any.
 
     Raises:
         NotAFile: If it is damaged, of a later format, or the samples belong to another diagnosis.
     """
-    diagnosis = read_diagnosis(path)
-    traces = traces_beside(path, diagnosis)
-    folder = str(path.parent)
-    if traces is None:
-        return Shown(diagnosis, folder=folder), None
-    return Shown(diagnosis, traces.traces, traces.simulated, folder), traces
+    return with_samples(read_diagnosis(path), path)
 
 
 def read_diagnosis(path: Path) -> Diagnosis:

@@ -19,7 +19,6 @@ from exidyn.identification.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
-from .diagnosis_files import Traces
 from .given_runs import PayloadRun, carrying, renamed, role_words
 from .report_files import (
     COMPARISON,
@@ -50,7 +49,7 @@ def read_material(
     """
     progress(StageText("read", "read the files"))
     paths = {kind: [file.path for file in files if file.kind == kind] for kind in KINDS}
-    diagnosis, traces = _diagnosis(paths[DIAGNOSIS])
+    diagnosis = _diagnosis(paths[DIAGNOSIS])
     comparisons = [(path, read_comparison(path)) for path in paths[COMPARISON]]
     read = [(path, read_fit(path)) for path in paths[FIT]]
     recordings = _recordings(paths[RECORDING], loaded, model)
@@ -71,8 +70,8 @@ def read_material(
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,
-        model=_nominal(traces, (*fits, *improved), recordings),
-        runs=_runs(recordings, traces, fits),
+        model=_nominal(diagnosis, (*fits, *improved), recordings),
+        runs=_runs(recordings, diagnosis, fits),
         fits=(*fits, *improved),
         diagnosis=diagnosis,
         comparisons=tuple(comparison for _, comparison in comparisons),
@@ -80,11 +79,11 @@ def read_material(
     )
 
 
-def _diagnosis(paths: Sequence[Path]) -> tuple[Shown | None, Traces | None]:
-    """The diagnosis and its samples, if there is one."""
+def _diagnosis(paths: Sequence[Path]) -> Shown | None:
+    """The diagnosis, if there is one."""
     if len(paths) > 1:
         raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
-    return read_shown(paths[0]) if paths else (None, None)
+    return read_shown(paths[0]) if paths else None
 
 
 def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:
@@ -132,18 +131,22 @@ def _common_joints(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, .
     return joints
 
 
-def _nominal(traces: Traces | None, fits: Sequence[Fitted], recordings: Sequence[Recording]) -> Model | None:
+def _nominal(
+    diagnosis: Shown | None, fits: Sequence[Fitted], recordings: Sequence[Recording]
+) -> Model | None:
     """The nominal model of the diagnosis, or else of the fits, or of the recordings."""
-    models = [] if traces is None else [traces.model]
+    models = [diagnosis.model] if diagnosis is not None and diagnosis.model is not None else []
     models += [fitted.fit.model for fitted in fits] + [recording.model for recording in recordings]
     return models[0] if models else None
 
 
-def _runs(recordings: Sequence[Recording], traces: Traces | None, fits: Sequence[Fitted]) -> tuple[Run, ...]:
+def _runs(
+    recordings: Sequence[Recording], diagnosis: Shown | None, fits: Sequence[Fitted]
+) -> tuple[Run, ...]:
     """The recordings, and the samples that the diagnosis has of further runs."""
     runs = [_recorded(recording, fits) for recording in recordings]
     names = {run.name for run in runs}
-    diagnosed = () if traces is None else traces.traces
+    diagnosed = () if diagnosis is None else diagnosis.traces
     return (*runs, *(_diagnosed(trace) for trace in diagnosed if trace.name not in names))
 
 
