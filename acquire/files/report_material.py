@@ -1,6 +1,6 @@
 """Material of a joined report: fits, runs, comparisons and one diagnosis of one robot."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from exidyn.identification.diagnosis.findings.evidence import Trace
@@ -10,7 +10,8 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.verdict import counted
 from exidyn.identification.model import Model
-from exidyn.identification.pages.report_material import Fitted, Material, Run
+from exidyn.identification.pages.report_document import Fitted, Material
+from exidyn.identification.pages.runs_document import Run
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -26,19 +27,18 @@ from .report_files import (
     FIT,
     KINDS,
     RECORDING,
-    ReportFile,
     read_comparison,
     read_shown,
 )
 
 
 def read_material(
-    files: Sequence[ReportFile], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
+    files: Mapping[Path, str], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
 ) -> Material:
     """Read all files, and predict the runs with the fits.
 
     Args:
-        files: Files of known kinds.
+        files: Kind of each file.
         loaded: Recordings with a payload of the command line.
         model: The robot of tables, which do not contain their robot.
         progress: Function that takes a sentence at each stage.
@@ -48,7 +48,7 @@ def read_material(
         DifferentRobot: If the files are results of different arms.
     """
     progress(StageText("read", "read the files"))
-    paths = {kind: [file.path for file in files if file.kind == kind] for kind in KINDS}
+    paths = {kind: [path for path, its_kind in files.items() if its_kind == kind] for kind in KINDS}
     diagnosis = _diagnosis(paths[DIAGNOSIS])
     comparisons = [(path, read_comparison(path)) for path in paths[COMPARISON]]
     read = [(path, read_fit(path)) for path in paths[FIT]]
