@@ -71,7 +71,11 @@ def diagnose_command(args: Namespace) -> int:
         _require_no_runs(args)
         args.torque_cutoff = args.torque_cutoff or COMPARISON_CUTOFF
     if len(folders) > 1:
-        _require_no_json(args)
+        if args.json:
+            raise ExidynError(
+                "--json takes one case; of several cases, each has its diagnosis.json below --output, and "
+                "--answer collects their findings"
+            )
         stems = distinct_stems([folder.resolve().name for folder in folders], "case")
         done = [_try(folder, args.output / stem, args) for folder, stem in zip(folders, stems, strict=True)]
         return DONE if all(done) else REFUSED
@@ -91,15 +95,6 @@ def _require_no_runs(args: Namespace) -> None:
     if run_options:
         raise ExidynError(
             f"{' and '.join(run_options)} cannot be used with a case folder, whose case.toml names the runs"
-        )
-
-
-def _require_no_json(args: Namespace) -> None:
-    """Raise if --json comes with several cases."""
-    if args.json:
-        raise ExidynError(
-            "--json takes one case; of several cases, each has its diagnosis.json below --output, and "
-            "--answer collects their findings"
         )
 
 

@@ -3,6 +3,7 @@
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
@@ -78,7 +79,8 @@ def fleet_command(args: Namespace) -> int:
     files = {file.path for file in source.files()}
     with executor_of(args.cluster, args.workers) as executor:
         new = identify_new(source, store, executor, _progress)
-        for arm, why in write_reports(source, store, executor, _report_progress) if args.reports else ():
+        tell = partial(_progress, noun="report")
+        for arm, why in write_reports(source, store, executor, tell) if args.reports else ():
             print_warning(f"{arm}: no report: {why}")
         kind_reports = reports(store, args.alarms_per_arm_year, executor)
     write_tables(store, kind_reports)
@@ -103,10 +105,6 @@ def _progress(done: int, total: int, noun: str = "new run") -> None:
     if sys.stderr.isatty() or done == total:
         end = "\n" if done == total else ""
         print(f"\r{done} of {counted(total, noun)}", end=end, file=beneath(sys.stderr), flush=True)
-
-
-def _report_progress(done: int, total: int) -> None:
-    _progress(done, total, "report")
 
 
 def _files_text(unusable: Sequence[tuple[str, str]], marked: Sequence[tuple[str, str]]) -> list[str]:
