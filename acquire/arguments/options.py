@@ -22,10 +22,12 @@ ROBOT_FILES = f"robot.toml, {NAMED}, or built in: {', '.join(builtin_names())}"
 
 
 def _json_file(text: str) -> Path:
-    """A path that ends in .json, so that `--json run.mcap` does not overwrite a recording."""
+    """A path that can be written and ends in .json: `--json run.mcap` would overwrite a recording."""
     path = Path(text)
     if path != SCREEN and path.suffix != ".json":
         raise ArgumentTypeError(f"{text} must end in .json, or be - for standard output")
+    if path != SCREEN:
+        require_file(path, "--json")
     return path
 
 
@@ -96,16 +98,6 @@ def filters(torque_default: str = "from the data") -> tuple[Option, ...]:
         Option("--torque-cutoff HZ", torque, positive),
         Option("--standstill RAD/S", f"speed below which a joint sticks; {default}", positive),
     )
-
-
-def require_json(path: Path | None) -> None:
-    """Check that the JSON can be written, before any work is done for it.
-
-    Raises:
-        OSError: If it cannot be written; the message names the option.
-    """
-    if path is not None and path != SCREEN:
-        require_file(path, "--json")
 
 
 def payload_name(text: str) -> str:

@@ -17,7 +17,7 @@ from exidyn.identification.robot_files.robot_file import model_text, read_model
 from exidyn.identification.simulation.comparison import Comparison, compare
 
 from ..arguments.command import Command, Option, number
-from ..arguments.options import JSON, require_json, robot_option
+from ..arguments.options import JSON, robot_option
 from ..files.report_files import comparison_table
 from ..terminal.json_output import hand_over, json_text
 
@@ -39,7 +39,6 @@ from ..terminal.json_output import hand_over, json_text
 )
 def compare_command(args: Namespace) -> None:
     """Compare both recordings, print the result, write the JSON."""
-    require_json(args.json)
     model = read_model(args.robot) if args.robot else None
     simulated, recorded = (_single(path, model) for path in (args.simulated, args.recorded))
     if simulated.name == recorded.name:

@@ -16,7 +16,7 @@ from exidyn.identification.robot_files.mjcf_drives import servo_law
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..arguments.command import Command, Option, percent, positive
-from ..arguments.options import JSON, output_option, payload_name, require_file, require_json
+from ..arguments.options import JSON, output_option, payload_name, require_file
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 ENDINGS = (".py", ".hpp")
@@ -55,7 +55,6 @@ position servos position_offset, which is added to the command.""",
 )
 def compensate_command(args: Namespace) -> None:
     """Write the files; print their torques and what they lack."""
-    require_json(args.json)
     fit = read_fit(args.fit)
     servos = None if args.servos is None else _servos(args.servos, fit.model.robot.joints)
     feedforward = Feedforward.of(fit, args.payload, servos, args.band, args.friction)

@@ -24,7 +24,6 @@ from ..arguments.options import (
     output_option,
     payload_name,
     require_file,
-    require_json,
 )
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
@@ -59,7 +58,6 @@ is refused otherwise.""",
 )
 def contact_command(args: Namespace) -> None:
     """Print the contacts, and write the estimates."""
-    require_json(args.json)
     fit = read_fit(args.fit)
     if args.save:
         require_file(args.save, "--save", [args.run, args.fit, *args.free])

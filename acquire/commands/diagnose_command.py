@@ -23,7 +23,7 @@ from exidyn.identification.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, REFUSED
-from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option, require_json
+from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option
 from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
 from ..files.given_runs import COMPARISON_CUTOFF, PAYLOADS, Case, case_folders, read_case, recorded_case
 from ..terminal.json_output import hand_over, json_text, print_written
@@ -63,7 +63,6 @@ effects can be distinguished.""",
 )
 def diagnose_command(args: Namespace) -> int:
     """Diagnose each case, print and write the results."""
-    require_json(args.json)
     folders = case_folders(args.sources)
     make_folder(args.output)
     if args.answer:
@@ -72,7 +71,11 @@ def diagnose_command(args: Namespace) -> int:
         _require_no_runs(args)
         args.torque_cutoff = args.torque_cutoff or COMPARISON_CUTOFF
     if len(folders) > 1:
-        _require_no_json(args)
+        if args.json:
+            raise ExidynError(
+                "--json takes one case; of several cases, each has its diagnosis.json below --output, and "
+                "--answer collects their findings"
+            )
         stems = distinct_stems([folder.resolve().name for folder in folders], "case")
         done = [_try(folder, args.output / stem, args) for folder, stem in zip(folders, stems, strict=True)]
         return DONE if all(done) else REFUSED
@@ -92,15 +95,6 @@ def _require_no_runs(args: Namespace) -> None:
     if run_options:
         raise ExidynError(
             f"{' and '.join(run_options)} cannot be used with a case folder, whose case.toml names the runs"
-        )
-
-
-def _require_no_json(args: Namespace) -> None:
-    """Raise if --json comes with several cases."""
-    if args.json:
-        raise ExidynError(
-            "--json takes one case; of several cases, each has its diagnosis.json below --output, and "
-            "--answer collects their findings"
         )
 
 

@@ -39,7 +39,6 @@ from ..arguments.options import (
     joint_values,
     output_option,
     require_file,
-    require_json,
 )
 from ..files.clearances import read_clearances
 from ..run.expected_fit import ExpectedFit, expected_fit
@@ -165,7 +164,6 @@ def excite_command(args: Namespace) -> None:
     _require_together(args)
     read = [args.robot, *(path for path in (args.against, args.after, args.region) if path)]
     require_file(args.output, "--output", read)
-    require_json(args.json)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
     timed = searched and args.iterations is None

@@ -28,7 +28,7 @@ from exidyn.identification.text_table import digits, paragraph, raised
 from exidyn.identification.text_table import table as text_table
 
 from ..arguments.command import Command, Option, table_help
-from ..arguments.options import JSON, output_option, require_file, require_json
+from ..arguments.options import JSON, output_option, require_file
 from ..files.given_runs import ARM_HELP, read_arm
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
@@ -59,7 +59,6 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
 )
 def export_command(args: Namespace) -> None:
     """Write the file, and print what it lacks."""
-    require_json(args.json)
     _check_patch(args)
     changes: tuple[Change, ...] | None = None
     content: str | bytes

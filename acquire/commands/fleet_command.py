@@ -3,6 +3,7 @@
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
@@ -18,7 +19,7 @@ from exidyn.identification.notebook import counted
 
 from ..arguments.command import Command, Option, WrongUse, not_negative, print_warning
 from ..arguments.exit_codes import DONE, LOST
-from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option, require_json
+from ..arguments.options import ALARMS, FLEET, JSON, make_folder, output_option
 from ..fleet.analysis import change_rows, differences, odd_rows, reports, write_tables
 from ..fleet.source import Source
 from ..fleet.store import Store
@@ -68,7 +69,6 @@ FORMAT = "1"
 )
 def fleet_command(args: Namespace) -> int:
     """Identify new recordings, find changes, print and write them; or compare two arms."""
-    require_json(args.json)
     if args.sources[0] == "compare" and len(args.sources) == 3:
         _compare(args)
         return DONE
@@ -79,7 +79,8 @@ def fleet_command(args: Namespace) -> int:
     files = {file.path for file in source.files()}
     with executor_of(args.cluster, args.workers) as executor:
         new = identify_new(source, store, executor, _progress)
-        for arm, why in write_reports(source, store, executor, _report_progress) if args.reports else ():
+        tell = partial(_progress, noun="report")
+        for arm, why in write_reports(source, store, executor, tell) if args.reports else ():
             print_warning(f"{arm}: no report: {why}")
         kind_reports = reports(store, args.alarms_per_arm_year, executor)
     write_tables(store, kind_reports)
@@ -104,10 +105,6 @@ def _progress(done: int, total: int, noun: str = "new run") -> None:
     if sys.stderr.isatty() or done == total:
         end = "\n" if done == total else ""
         print(f"\r{done} of {counted(total, noun)}", end=end, file=beneath(sys.stderr), flush=True)
-
-
-def _report_progress(done: int, total: int) -> None:
-    _progress(done, total, "report")
 
 
 def _files_text(unusable: Sequence[tuple[str, str]], marked: Sequence[tuple[str, str]]) -> list[str]:

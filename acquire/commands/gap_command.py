@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identification.diagnosis.findings.finding import Finding
+from exidyn.identification.diagnosis.findings.finding import Finding, Hypothesis
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_motors
@@ -38,7 +38,6 @@ from ..arguments.options import (
     make_folder,
     output_option,
     require_file,
-    require_json,
 )
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..files.simulated_arm import controlled, import_runs, simulated_arm
@@ -98,7 +97,6 @@ of the file's position servos.""",
 )
 def gap_command(args: Namespace) -> None:
     """Simulate and diagnose, write and print the results."""
-    require_json(args.json)
     make_folder(args.output)
     if args.save:
         require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
@@ -223,20 +221,13 @@ def _answer(answer: Answer) -> dict[str, Any]:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    """Effect, joints from 1, probability, and probabilities of the alternatives."""
-    return {
-        "effect": finding.effect,
-        "joints": [joint + 1 for joint in finding.joints],
-        "probability": finding.probability,
-        "alternatives": [
-            {
-                "effect": other.effect,
-                "joints": [joint + 1 for joint in other.joints],
-                "probability": other.probability,
-            }
-            for other in finding.alternatives
-        ],
-    }
+    """Effect, joints from 1, probability, and the same of the alternatives."""
+    return _hypothesis(finding) | {"alternatives": [_hypothesis(other) for other in finding.alternatives]}
+
+
+def _hypothesis(hypothesis: Hypothesis) -> dict[str, Any]:
+    joints = [joint + 1 for joint in hypothesis.joints]
+    return {"effect": hypothesis.effect, "joints": joints, "probability": hypothesis.probability}
 
 
 def _stage(stage: Stage) -> dict[str, Any]:

@@ -25,7 +25,6 @@ from ..arguments.options import (
     make_folder,
     output_option,
     require_file,
-    require_json,
     robot_option,
 )
 from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
@@ -90,7 +89,6 @@ def identify_command(args: Namespace) -> None:
 
 def _identify(args: Namespace, progress: Stopwatch) -> None:
     make_folder(args.output)
-    require_json(args.json)
     if args.save:
         require_file(args.save, "--save", [*args.runs, *args.validate])
     model = read_model(args.robot) if args.robot else None

@@ -26,7 +26,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits
 
 from ..arguments.command import Command, Option, name_lines, not_negative, positive
-from ..arguments.options import JSON, make_folder, output_option, require_file, require_json, robot_option
+from ..arguments.options import JSON, make_folder, output_option, require_file, robot_option
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import payload_words, recording_table, warning_lines
 
@@ -143,7 +143,6 @@ UNITS = (
 )
 def import_command(args: Namespace) -> None:
     """Import the log, write its runs, and print their contents."""
-    require_json(args.json)
     run = read_recording(args.align) if args.align else None
     model = read_model(args.robot) if args.robot else (run.model if run else None)
     trace = run is not None and (args.kind or kind_of(args.source)) == "kuka_trace"

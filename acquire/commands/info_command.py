@@ -12,7 +12,7 @@ from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Option
 from ..arguments.exit_codes import DONE, LOST
-from ..arguments.options import JSON, output_option, require_file, require_json, robot_option
+from ..arguments.options import JSON, output_option, require_file, robot_option
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import describe, recording_table
 
@@ -28,7 +28,6 @@ from ..terminal.recording_text import describe, recording_table
 )
 def info_command(args: Namespace) -> None:
     """Print the contents of recordings."""
-    require_json(args.json)
     model = read_model(args.robot) if args.robot else None
     recordings = [recording for path in args.runs for recording in import_source(path, model)]
     table = {"exidyn_info": 1, "recordings": [recording_table(recording) for recording in recordings]}

@@ -40,7 +40,7 @@ from exidyn.identification.robot_files.description import NAMED, is_description,
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Option, positive
-from ..arguments.options import JSON, output_option, require_file, require_json
+from ..arguments.options import JSON, output_option, require_file
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS
@@ -98,7 +98,6 @@ def init_command(args: Namespace) -> None:
 
 
 def _init(args: Namespace, progress: Progress) -> None:
-    require_json(args.json)
     progress("read the log")
     log = args.logs[0]
     preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE
@@ -114,7 +113,9 @@ def _init(args: Namespace, progress: Progress) -> None:
     if table is not None:
         proposal = replace(proposal, notes=(*proposal.notes, *_damaged(proposal, table)))
     undecided = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
-    urdf, still = _urdf(args.urdf, args.output), NOTHING
+    # An arm of a robot.toml has no description to refer to.
+    urdf = os.path.relpath(args.urdf, args.output.parent) if is_description(args.urdf) else ""
+    still = NOTHING
     if table is not None and urdf and not undecided:
         still = still_joints(proposal, model.robot, table.names, table.values)
     moving = [joint for joint in model.robot.joints if joint not in still.position]
@@ -273,11 +274,6 @@ def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
             names += [f"{joint} {signal}{unit}" for joint in run.robot.joints]
             columns += [np.interp(time, known.time, values) for values in known.values.T]
     return names, np.column_stack(columns)
-
-
-def _urdf(path: Path, output: Path) -> str:
-    """Path of the URDF or MJCF relative to the robot.toml; empty if the arm is a robot.toml."""
-    return os.path.relpath(path, output.parent) if is_description(path) else ""
 
 
 def _require_free(texts: dict[Path, str], args: Namespace) -> None:

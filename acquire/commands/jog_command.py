@@ -20,7 +20,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 from ..arguments.command import Command, Group, Option, number
 from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, WRONG
-from ..arguments.options import BODY, JSON, output_option, require_json, robot_option
+from ..arguments.options import BODY, JSON, output_option, robot_option
 from ..arguments.run_options import DRIVING, STOPS, payload_of, require_mock, run_facts, stop_limits
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
@@ -138,7 +138,6 @@ def jog_command(args: Namespace) -> int:
     driver = _driver(args, name, settings, model, payload)
     path = free_path(args.output, "jog")
     require_free(path)
-    require_json(args.json)
     require_attended(driver.simulated, args.yes)
     print(jog_text.before(model.robot, travel, run_facts(args, name, path)), file=sys.stderr)
     confirm(driver.simulated, args.yes, ADVICE)

@@ -35,7 +35,6 @@ from ..arguments.options import (
     filters,
     joint_values,
     require_file,
-    require_json,
     robot_option,
     seed_option,
 )
@@ -99,7 +98,6 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
 )
 def payload_command(args: Namespace) -> None:
     """Identify the payload and print it, or plan the motion for it."""
-    require_json(args.json)
     if args.plan:
         _plan(args)
         return

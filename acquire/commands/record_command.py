@@ -34,7 +34,6 @@ from ..arguments.options import (
     PLAN,
     SPEED,
     output_option,
-    require_json,
     robot_option,
 )  # fmt: skip
 from ..arguments.run_options import (
@@ -126,7 +125,6 @@ def record_command(args: Namespace) -> int:
         rehearsed = {"cycle": _cycle(driver, ready)}
         name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
     require_free(path)
-    require_json(args.json)
     require_showable(targets)
     require_attended(driver.simulated, args.yes)
     clearances = _clearances(args, plan, ready.model)

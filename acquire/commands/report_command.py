@@ -40,7 +40,7 @@ def report_command(args: Namespace) -> None:
     from ..files.report_material import read_material
 
     files = find_files(args.sources)
-    require_file(args.output, "--output", [file.path for file in files])
+    require_file(args.output, "--output", files)
     with Stopwatch(STAGES) as progress:
         model = read_model(args.robot) if args.robot else None
         material = read_material(files, args.payload, model, progress)

@@ -25,7 +25,6 @@ from ..arguments.options import (
     PACKAGES,
     PLAN,
     require_file,
-    require_json,
     robot_option,
 )
 from ..files.clearances import read_clearances, sources_of
@@ -111,7 +110,6 @@ def _around(
 
 def _require_writable(args: Namespace) -> None:
     """Raise if any file cannot be written, before the first is."""
-    require_json(args.json)
     outputs = {"--output": args.output, "--save": args.save}
     for option, path in [*outputs.items(), *(("--export", Path(path)) for _, path in args.export)]:
         if path is not None:

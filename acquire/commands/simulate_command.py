@@ -28,7 +28,6 @@ from ..arguments.options import (
     SPEED,
     output_option,
     require_file,
-    require_json,
     seed_option,
 )
 from ..arguments.run_options import PAYLOAD
@@ -85,7 +84,6 @@ tick = valid_if(
 )
 def simulate_command(args: Namespace) -> None:
     """Simulate, write the recording, and print a summary."""
-    require_json(args.json)
     require_file(args.output, "--output", [args.arm, args.plan])
     arm, plan = read_arm(args.arm), read_plan(args.plan)
     nominal, payload = _carrying(args, arm)

@@ -21,7 +21,7 @@ from exidyn.trajectories.planning.wishes import Wishes
 from ..arguments.command import Command, Group, Option, any_number, positive
 from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, UNSAFE
-from ..arguments.options import AS_RECORDED, BODY, JSON, make_folder, output_option, require_json
+from ..arguments.options import AS_RECORDED, BODY, JSON, make_folder, output_option
 from ..arguments.run_options import DRIVING, STOPS, payload_of, require_mock
 from ..files.given_runs import Case
 from ..run.errors import RunStopped, Unsafe
@@ -71,7 +71,6 @@ continues.""",
 )
 def study_command(args: Namespace) -> None:
     """Run the study until the model is decided, undecidable or time is up; print the result."""
-    require_json(args.json)
     make_folder(args.output)
     model = read_model(args.robot)
     request = {"minutes": args.minutes, "mass": args.mass, "recordings": str(args.recordings or "")}

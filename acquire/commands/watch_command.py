@@ -3,7 +3,7 @@
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -26,7 +26,6 @@ from ..arguments.options import (
     FREE,
     JSON,
     payload_name,
-    require_json,
     robot_option,
 )
 from ..run.arms import make_driver, standing_arm
@@ -83,7 +82,6 @@ STEP = 0.05
 )
 def watch_command(args: Namespace) -> None:
     """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
-    require_json(args.json)
     with ExitStack() as stack:
         alarm, contact = _alarm(args, stack), _contact(args)
         driver, units = _driver(args, alarm, contact)
@@ -99,7 +97,8 @@ def watch_command(args: Namespace) -> None:
         if args.json is not None and args.json != SCREEN:
             file = stack.enter_context(Path(args.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
-        _show(args, _readings(args, listener, requests), units, info, file, alarm, contact)
+        monitors = [monitor for monitor in (alarm, contact) if monitor is not None]
+        _show(args, _readings(args, listener, requests), units, info, file, monitors)
 
 
 def _contact(args: Namespace) -> "LiveContact | None":
@@ -189,20 +188,18 @@ def _show(
     units: JointUnits,
     info: Info,
     file: TextIO | None,
-    alarm: "ResidualAlarm | None",
-    contact: "LiveContact | None",
+    monitors: "Sequence[ResidualAlarm | LiveContact]",
 ) -> None:
     page, events = Redraw(sys.stdout), list[str]()
     for seconds, reading in readings:
-        residual = alarm.add(reading.samples) if alarm is not None else None
-        external = contact.add(reading.samples) if contact is not None else None
+        monitored = [monitor.add(reading.samples) for monitor in monitors]
         if file is not None:
-            file.write(json_line(reading, units, seconds, residual, external) + "\n")
+            file.write(json_line(reading, units, seconds, monitored) + "\n")
             file.flush()
         if args.json == SCREEN:
-            print(json_line(reading, units, seconds, residual, external), flush=True)
+            print(json_line(reading, units, seconds, monitored), flush=True)
         elif sys.stdout.isatty():
             events += reading.events
-            page.draw(table_lines(reading, units, info, seconds, events, residual, external))
+            page.draw(table_lines(reading, units, info, seconds, events, monitored))
         else:
-            print(line(reading, units, info, seconds, residual, external), flush=True)
+            print(line(reading, units, info, seconds, monitored), flush=True)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -103,22 +103,6 @@ def add_answer(diagnosis: Diagnosis, path: Path) -> None:
     write_whole(path, json_text(answers))
 
 
-class Traces(NamedTuple):
-    """Samples of every run of a diagnosis, and the nominal model.
-
-    Attributes:
-        model: Nominal model.
-        noise: Noise floor of each joint's filtered torque, shape (n,) [N m].
-        traces: Samples of the runs, held-out runs first.
-        simulated: A simulated run; None if nothing was simulated.
-    """
-
-    model: Model
-    noise: np.ndarray
-    traces: tuple[Trace, ...]
-    simulated: Forward | None = None
-
-
 def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = None) -> None:
     """Write the samples of a diagnosis."""
     arrays: dict[str, Any] = {"model": np.array(model_text(evidence.model)), "noise": evidence.noise}
@@ -130,12 +114,24 @@ def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = Non
         np.savez_compressed(file, **arrays)
 
 
-def read_traces(path: Path) -> Traces:
-    """Read the samples of a diagnosis.
+def with_samples(diagnosis: Diagnosis, path: Path) -> Shown:
+    """A diagnosis of a file, with the samples beside the file if there are any.
 
     Raises:
-        NotAFile: If the file is cut off, is of another kind, or has arrays of inconsistent shapes.
+        NotAFile: If the samples are cut off, of another kind, inconsistent, or of another diagnosis.
     """
+    folder, samples = str(path.parent), path.with_name(NAME)
+    if not samples.exists():
+        return Shown(diagnosis, folder=folder)
+    shown = _read_samples(samples, Shown(diagnosis, folder=folder))
+    others = shown.model is not None and shown.model.robot.joints != diagnosis.joints
+    findings = len(diagnosis.all_findings)
+    if others or any(len(trace.explained) != findings for trace in shown.traces):
+        raise NotAFile(f"{samples} belongs to another diagnosis than {path}; diagnose again")
+    return shown
+
+
+def _read_samples(path: Path, shown: Shown) -> Shown:
     try:
         require_zip(path)
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
@@ -144,40 +140,20 @@ def read_traces(path: Path) -> Traces:
                 Trace(**_values(file, Trace, str(index))) for index in range(len(keys - {SIMULATED}))
             )
             simulated = Forward(**_values(file, Forward, SIMULATED)) if SIMULATED in keys else None
-            samples = Traces(parse_model(str(file["model"])), file["noise"].astype(float), traces, simulated)
-            _check(samples)
-            return samples
+            model = parse_model(str(file["model"]))
+            _check(traces, simulated, model.robot.dof)
+            return shown._replace(traces=traces, forward=simulated, model=model)
     except ExidynError:
         raise
     except Exception as error:  # zipfile, zlib and numpy raise many types
         raise NotAFile(f"{path} is not a file of traces, or was cut off: {error}") from error
 
 
-def traces_beside(path: Path, diagnosis: Diagnosis) -> Traces | None:
-    """The samples behind a diagnosis, if there are any beside its file.
-
-    Raises:
-        NotAFile: If they belong to another diagnosis; see also `read_traces`.
-    """
-    samples = path.with_name(NAME)
-    traces = read_traces(samples) if samples.exists() else None
-    if traces is None:
-        return None
-    others = traces.model.robot.joints != diagnosis.joints
-    findings = len(diagnosis.all_findings)
-    if others or any(len(trace.explained) != findings for trace in traces.traces):
-        raise NotAFile(f"{samples} belongs to another diagnosis than {path}; diagnose again")
-    return traces
-
-
-def _check(samples: Traces) -> None:
-    """Raise `Disagreement` for the first shape or time that is inconsistent with the model."""
-    joints = samples.model.robot.dof
-    _check_shape("noise", samples.noise, (joints,))
-    check(bool(np.all(samples.noise > 0.0)), "noise", samples.noise.tolist(), "values above zero")
-    runs: list[tuple[str, Trace | Forward]] = [(str(index), run) for index, run in enumerate(samples.traces)]
-    if samples.simulated is not None:
-        runs.append((SIMULATED, samples.simulated))
+def _check(traces: Sequence[Trace], simulated: Forward | None, joints: int) -> None:
+    """Raise `Disagreement` for the first shape or time that is inconsistent with the number of joints."""
+    runs: list[tuple[str, Trace | Forward]] = [(str(index), trace) for index, trace in enumerate(traces)]
+    if simulated is not None:
+        runs.append((SIMULATED, simulated))
     for key, run in runs:
         _check_times(f"run {key}: time", run.time)
         rows = len(run.time)
@@ -185,17 +161,14 @@ def _check(samples: Traces) -> None:
         if isinstance(run, Trace):
             shapes["explained"] = (len(run.explained), rows, joints)
         for name in (field.name for field in fields(run) if field.name not in (*WORDS, "left_out")):
-            _check_shape(f"run {key}: {name}", getattr(run, name), shapes.get(name, (rows, joints)))
+            values, shape = getattr(run, name), shapes.get(name, (rows, joints))
+            check(values.shape == shape, f"run {key}: {name}", values.shape, f"numbers of shape {shape}")
 
 
 def _check_times(field: str, time: np.ndarray) -> None:
     check(time.ndim == 1 and len(time) >= 2, field, time.shape, "at least two times")
     increases = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
     check(increases, field, "others", "increasing times")
-
-
-def _check_shape(field: str, values: np.ndarray, shape: tuple[int, ...]) -> None:
-    check(values.shape == shape, field, values.shape, f"numbers of shape {shape}")
 
 
 def _arrays(run: Trace | Forward, key: str) -> dict[str, np.ndarray]:

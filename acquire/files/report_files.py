@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.consistency import check_diagnosis
@@ -19,7 +19,7 @@ from exidyn.identification.result_file import from_table, to_table
 from exidyn.identification.schema import Disagreement
 from exidyn.identification.simulation.comparison import Comparison
 
-from .diagnosis_files import Traces, traces_beside
+from .diagnosis_files import with_samples
 
 FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
 KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
@@ -33,41 +33,34 @@ FORMAT = 1
 """Format number of the JSON file of a comparison."""
 
 
-class ReportFile(NamedTuple):
-    """A file of a known kind."""
-
-    kind: str
-    path: Path
-
-
-def find_files(paths: Sequence[Path]) -> list[ReportFile]:
-    """Files with their kinds; a folder stands for all its files, and a file named twice counts once.
+def find_files(paths: Sequence[Path]) -> dict[Path, str]:
+    """Files and their kinds; a folder stands for all its files, and a file named twice counts once.
 
     Raises:
         NotAFile: If a path does not exist, or is not part of a report.
     """
-    files = [file for path in paths for file in _files_at(path)]
-    return list({file.path.resolve(): file for file in files}.values())
+    files = {file.resolve(): (file, kind) for path in paths for file, kind in _files_at(path).items()}
+    return dict(files.values())
 
 
-def _files_at(path: Path) -> list[ReportFile]:
+def _files_at(path: Path) -> dict[Path, str]:
     if not path.exists():
         raise NotAFile(f"{path} does not exist{looked_in(path)}")
     if path.suffix == ".json":
         if kind := _kind(path):
-            return [ReportFile(kind, path)]
+            return {path: kind}
         raise _unknown(path)
     if not path.is_dir() or (path / "case.toml").exists() or (path / "metadata.yaml").exists():
         try:
             kind_of(path)
         except NotAFile as error:
             raise _unknown(path) from error
-        return [ReportFile(RECORDING, path)]
-    files = []
+        return {path: RECORDING}
+    files: dict[Path, str] = {}
     for file in sorted(path.glob("*.json")):
         with suppress(NotAFile):  # files of other programs
-            files += [ReportFile(kind, file)] if (kind := _kind(file)) else []
-    files += [ReportFile(RECORDING, file) for file in sorted(path.glob("*.mcap"))]
+            files |= {file: kind} if (kind := _kind(file)) else {}
+    files |= dict.fromkeys(sorted(path.glob("*.mcap")), RECORDING)
     if not files:
         raise NotAFile(f"{path} contains no files for a report. Valid: {VALID}")
     return files
@@ -90,18 +83,13 @@ def _read_table(path: Path) -> dict[str, Any]:
     return table
 
 
-def read_shown(path: Path) -> tuple[Shown, Traces | None]:
+def read_shown(path: Path) -> Shown:
     """A diagnosis, and the samples beside it if there are any.
 
     Raises:
         NotAFile: If it is damaged, of a later format, or the samples belong to another diagnosis.
     """
-    diagnosis = read_diagnosis(path)
-    traces = traces_beside(path, diagnosis)
-    folder = str(path.parent)
-    if traces is None:
-        return Shown(diagnosis, folder=folder), None
-    return Shown(diagnosis, traces.traces, traces.simulated, folder), traces
+    return with_samples(read_diagnosis(path), path)
 
 
 def read_diagnosis(path: Path) -> Diagnosis:

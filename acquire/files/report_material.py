@@ -1,6 +1,6 @@
 """Material of a joined report: fits, runs, comparisons and one diagnosis of one robot."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from exidyn.identification.diagnosis.findings.evidence import Trace
@@ -10,7 +10,8 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.verdict import counted
 from exidyn.identification.model import Model
-from exidyn.identification.pages.report_material import Fitted, Material, Run
+from exidyn.identification.pages.report_document import Fitted, Material
+from exidyn.identification.pages.runs_document import Run
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -19,7 +20,6 @@ from exidyn.identification.simulation.predicted import as_nominal, predicted
 
 from ..terminal.recording_text import payload_words
 from ..terminal.stopwatch import Progress
-from .diagnosis_files import Traces
 from .given_runs import PayloadRun, carrying, renamed, role_words
 from .report_files import (
     COMPARISON,
@@ -27,19 +27,18 @@ from .report_files import (
     FIT,
     KINDS,
     RECORDING,
-    ReportFile,
     read_comparison,
     read_shown,
 )
 
 
 def read_material(
-    files: Sequence[ReportFile], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
+    files: Mapping[Path, str], loaded: Sequence[PayloadRun], model: Model | None, progress: Progress
 ) -> Material:
     """Read all files, and predict the runs with the fits.
 
     Args:
-        files: Files of known kinds.
+        files: Kind of each file.
         loaded: Recordings with a payload of the command line.
         model: The robot of tables, which do not contain their robot.
         progress: Function that takes a sentence at each stage.
@@ -49,8 +48,8 @@ def read_material(
         DifferentRobot: If the files are results of different arms.
     """
     progress(StageText("read", "read the files"))
-    paths = {kind: [file.path for file in files if file.kind == kind] for kind in KINDS}
-    diagnosis, traces = _diagnosis(paths[DIAGNOSIS])
+    paths = {kind: [path for path, its_kind in files.items() if its_kind == kind] for kind in KINDS}
+    diagnosis = _diagnosis(paths[DIAGNOSIS])
     comparisons = [(path, read_comparison(path)) for path in paths[COMPARISON]]
     read = [(path, read_fit(path)) for path in paths[FIT]]
     recordings = _recordings(paths[RECORDING], loaded, model)
@@ -71,8 +70,8 @@ def read_material(
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
         joints=joints,
-        model=_nominal(traces, (*fits, *improved), recordings),
-        runs=_runs(recordings, traces, fits),
+        model=_nominal(diagnosis, (*fits, *improved), recordings),
+        runs=_runs(recordings, diagnosis, fits),
         fits=(*fits, *improved),
         diagnosis=diagnosis,
         comparisons=tuple(comparison for _, comparison in comparisons),
@@ -80,11 +79,11 @@ def read_material(
     )
 
 
-def _diagnosis(paths: Sequence[Path]) -> tuple[Shown | None, Traces | None]:
-    """The diagnosis and its samples, if there is one."""
+def _diagnosis(paths: Sequence[Path]) -> Shown | None:
+    """The diagnosis, if there is one."""
     if len(paths) > 1:
         raise NotAFile(f"{' and '.join(map(str, paths))}: give one diagnosis at a time")
-    return read_shown(paths[0]) if paths else (None, None)
+    return read_shown(paths[0]) if paths else None
 
 
 def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Model | None) -> list[Recording]:
@@ -132,18 +131,22 @@ def _common_joints(named: Sequence[tuple[str, tuple[str, ...]]]) -> tuple[str, .
     return joints
 
 
-def _nominal(traces: Traces | None, fits: Sequence[Fitted], recordings: Sequence[Recording]) -> Model | None:
+def _nominal(
+    diagnosis: Shown | None, fits: Sequence[Fitted], recordings: Sequence[Recording]
+) -> Model | None:
     """The nominal model of the diagnosis, or else of the fits, or of the recordings."""
-    models = [] if traces is None else [traces.model]
+    models = [diagnosis.model] if diagnosis is not None and diagnosis.model is not None else []
     models += [fitted.fit.model for fitted in fits] + [recording.model for recording in recordings]
     return models[0] if models else None
 
 
-def _runs(recordings: Sequence[Recording], traces: Traces | None, fits: Sequence[Fitted]) -> tuple[Run, ...]:
+def _runs(
+    recordings: Sequence[Recording], diagnosis: Shown | None, fits: Sequence[Fitted]
+) -> tuple[Run, ...]:
     """The recordings, and the samples that the diagnosis has of further runs."""
     runs = [_recorded(recording, fits) for recording in recordings]
     names = {run.name for run in runs}
-    diagnosed = () if traces is None else traces.traces
+    diagnosed = () if diagnosis is None else diagnosis.traces
     return (*runs, *(_diagnosed(trace) for trace in diagnosed if trace.name not in names))
 
 

@@ -1,7 +1,7 @@
 """Readings as `exidyn watch` shows them: as a table, a line, or JSON."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, TextIO
 
 import numpy as np
@@ -16,10 +16,12 @@ from ..screen import beneath
 from .joint_units import JointUnits, one_unit
 from .json_output import plain
 
-SHOWN = ("current", "torque", "temperature")
-UNITS = {"current": "A", "torque": "N m", "temperature": "degC"}
-HEADS = {"current": "current [A]", "torque": "torque [N m]", "temperature": "[degC]"}
-DIGITS = {"current": 3, "torque": 2, "temperature": 0}
+SHOWN = {
+    "current": ("current [A]", "A", 3),
+    "torque": ("torque [N m]", "N m", 2),
+    "temperature": ("[degC]", "degC", 0),
+}
+"""Signal -> head of its column, its unit, and digits after the decimal point."""
 LATEST = 4
 """Number of events that the table shows."""
 BEYOND, SILENT, ALARM, CONTACT = "BEYOND", "silent", "ALARM", "CONTACT"
@@ -40,10 +42,29 @@ class Residual(NamedTuple):
     seconds: float
     why: str
 
-    @property
-    def over(self) -> list[int]:
-        """Joints with an alarm."""
-        return [int(joint) for joint in np.flatnonzero(self.value > self.alarm)]
+    def columns(self) -> dict[str, np.ndarray]:
+        """Columns of the table, by their heads."""
+        return {"residual [N m]": self.value, "alarm from": self.alarm}
+
+    def numbers(self) -> str:
+        """The residual in a line; empty without one."""
+        value, alarm = _several(self.value, 2), _several(self.alarm, 2)
+        return "" if self.why else f"residual {value} N m, alarm from {alarm}"
+
+    def words(self, joints: Sequence[str]) -> list[str]:
+        """Joints with an alarm, or why there is no residual; empty if no joint exceeds its threshold."""
+        over = ", ".join(self._over(joints))
+        words = [f"{ALARM}: residual of {over} over {self.seconds:.0f} s"] * bool(over)
+        return words + [f"residual: {self.why}"] * bool(self.why)
+
+    def table(self, joints: Sequence[str]) -> dict[str, Any]:
+        """The residual for JSON."""
+        numbers = {"residual": self.value, "residual_alarm_from": self.alarm}
+        return numbers | {"residual_alarms": self._over(joints)}
+
+    def _over(self, joints: Sequence[str]) -> list[str]:
+        """Names of the joints with an alarm."""
+        return [joints[int(joint)] for joint in np.flatnonzero(self.value > self.alarm)]
 
 
 class External(NamedTuple):
@@ -63,6 +84,36 @@ class External(NamedTuple):
     over: tuple[int, ...]
     contacts: int
 
+    def columns(self) -> dict[str, np.ndarray]:
+        """Columns of the table, by their heads."""
+        return {"external [N m]": self.torque, "contact from": self.contact_from}
+
+    def numbers(self) -> str:
+        """The external torques in a line."""
+        return f"external torque {_several(self.torque, 2)} N m"
+
+    def words(self, joints: Sequence[str]) -> list[str]:
+        """Joints above their threshold, flange force, and the number of contacts."""
+        words = [f"{CONTACT}: {', '.join(joints[joint] for joint in self.over)}"] * bool(self.over)
+        words += [f"force on the flange {_several(self.force, 1)} N in the axes of the base"]
+        if np.all(np.isfinite(self.torque)) and np.all(np.isnan(self.contact_from)):
+            words += ["no threshold of contact: state runs without contact with --free"]
+        return words + [f"contacts so far: {self.contacts}"] * bool(self.contacts)
+
+    def table(self, joints: Sequence[str]) -> dict[str, Any]:
+        """The external torques for JSON."""
+        return {
+            "external_torque": self.torque,
+            "contact_from": self.contact_from,
+            "force": self.force,
+            "contact": [joints[joint] for joint in self.over],
+            "contacts": self.contacts,
+        }
+
+
+Monitored = Sequence[Residual | External]
+"""What is computed from the samples of a reading, if it was requested."""
+
 
 def table_lines(
     reading: Reading,
@@ -70,8 +121,7 @@ def table_lines(
     info: Info,
     seconds: float,
     events: Sequence[str],
-    residual: Residual | None = None,
-    external: External | None = None,
+    monitored: Monitored = (),
 ) -> list[str]:
     """Lines of the table that is redrawn for each reading.
 
@@ -81,100 +131,55 @@ def table_lines(
         info: Metadata of the driver.
         seconds: Time since the first reading [s].
         events: Messages so far.
-        residual: Residual of the last section; None if it was not requested.
-        external: External torques; None if they were not requested.
+        monitored: Residual and external torques.
     """
     signals = [name for name in SHOWN if name in info.signals]
-    head = ["joint", "position", "", "limits", *(HEADS[n] for n in signals), "state"]
-    rows = [_row(reading, units, signals, joint) for joint in range(len(units.joints))]
-    if residual is not None:
-        head[-1:-1] = ["residual [N m]", "alarm from"]
-        for joint, row in enumerate(rows):
-            row[-1:-1] = [_digits(residual.value[joint], 2), _digits(residual.alarm[joint], 2)]
-    if external is not None:
-        head[-1:-1] = ["external [N m]", "contact from"]
-        for joint, row in enumerate(rows):
-            row[-1:-1] = [_digits(external.torque[joint], 2), _digits(external.contact_from[joint], 2)]
+    columns = {head: values for part in monitored for head, values in part.columns().items()}
+    head = ["joint", "position", "", "limits", *(SHOWN[name][0] for name in signals), *columns, "state"]
+    rows = [_row(reading, units, signals, columns, joint) for joint in range(len(units.joints))]
     lines = table(head, rows, left=(0, 2, len(head) - 1))
-    lines += [""] * bool(residual) + _residual_words(residual, units)
-    lines += [""] * bool(external) + _external_words(external, units)
+    for part in monitored:
+        lines += ["", *part.words(units.joints)]
     lines += ["", f"{seconds:.1f} s; {reading.cycles} samples since the last; Ctrl-C ends it"]
     if reading.fault:
         lines.append(f"fault: {reading.fault}")
     return lines + [f"message: {text}" for text in events[-LATEST:]]
 
 
-def _row(reading: Reading, units: JointUnits, signals: Sequence[str], joint: int) -> list[str]:
-    known = bool(np.isfinite(reading.position[joint]))
-    position = _digits(units.scale[joint] * reading.position[joint], 2)
-    state = reading.states[joint] if known else SILENT
+def _row(
+    reading: Reading,
+    units: JointUnits,
+    signals: Sequence[str],
+    columns: Mapping[str, np.ndarray],
+    joint: int,
+) -> list[str]:
+    state = reading.states[joint] if np.isfinite(reading.position[joint]) else SILENT
+    beyond = f"{BEYOND} " if units.beyond(reading.position)[joint] else ""
     return [
         units.joints[joint],
-        position,
+        _digits(units.scale[joint] * reading.position[joint], 2),
         units.units[joint],
-        _limits(reading, units, joint),
-        *(_number(reading, name, joint) for name in signals),
+        beyond + (units.range_text(joint) or "-"),
+        *(_digits(getattr(reading, name)[joint], SHOWN[name][2]) for name in signals),
+        *(_digits(values[joint], 2) for values in columns.values()),
         state or "-",
     ]
 
 
-def _limits(reading: Reading, units: JointUnits, joint: int) -> str:
-    beyond = f"{BEYOND} " if units.beyond(reading.position)[joint] else ""
-    return beyond + (units.range_text(joint) or "-")
-
-
-def _number(reading: Reading, name: str, joint: int) -> str:
-    value = float(getattr(reading, name)[joint])
-    return _digits(value, DIGITS[name])
-
-
-def _residual_words(residual: Residual | None, units: JointUnits) -> list[str]:
-    """Joints with an alarm, or why there is no residual; empty if no joint exceeds its threshold."""
-    if residual is None:
-        return []
-    over = ", ".join(units.joints[joint] for joint in residual.over)
-    words = [f"{ALARM}: residual of {over} over {residual.seconds:.0f} s"] * bool(over)
-    return words + [f"residual: {residual.why}"] * bool(residual.why)
-
-
-def _external_words(external: External | None, units: JointUnits) -> list[str]:
-    """Flange force, and the joints above their threshold; empty if external torques were not requested."""
-    if external is None:
-        return []
-    over = ", ".join(units.joints[joint] for joint in external.over)
-    words = [f"{CONTACT}: {over}"] * bool(over)
-    words += [f"force on the flange {_several(external.force, 1)} N in the axes of the base"]
-    if np.all(np.isfinite(external.torque)) and np.all(np.isnan(external.contact_from)):
-        words += ["no threshold of contact: state runs without contact with --free"]
-    return words + [f"contacts so far: {external.contacts}"] * bool(external.contacts)
-
-
-def line(
-    reading: Reading,
-    units: JointUnits,
-    info: Info,
-    seconds: float,
-    residual: Residual | None = None,
-    external: External | None = None,
-) -> str:
+def line(reading: Reading, units: JointUnits, info: Info, seconds: float, monitored: Monitored = ()) -> str:
     """A reading as one line, for a file or another program."""
     shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
     parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {one_unit(units.units)}"]
-    for name in SHOWN:
+    for name, (_, unit, places) in SHOWN.items():
         if name in info.signals:
-            parts.append(f"{name} {_several(getattr(reading, name), DIGITS[name])} {UNITS[name]}")
+            parts.append(f"{name} {_several(getattr(reading, name), places)} {unit}")
     parts.append(_states(reading.states))
     beyond = [units.joints[k] for k in np.flatnonzero(units.beyond(reading.position))]
     silent = [units.joints[k] for k in np.flatnonzero(np.isnan(reading.position))]
     parts += [f"{BEYOND} limits: {', '.join(beyond)}"] * bool(beyond)
     parts += [f"{SILENT}: {', '.join(silent)}"] * bool(silent)
-    if residual is not None and not residual.why:
-        value, alarm = _several(residual.value, 2), _several(residual.alarm, 2)
-        parts.append(f"residual {value} N m, alarm from {alarm}")
-    parts += _residual_words(residual, units)
-    if external is not None:
-        parts.append(f"external torque {_several(external.torque, 2)} N m")
-    parts += _external_words(external, units)
+    for part in monitored:
+        parts += [part.numbers(), *part.words(units.joints)]
     parts += [f"fault: {reading.fault}"] * bool(reading.fault)
     return "; ".join(part for part in [*parts, *(f"message: {text}" for text in reading.events)] if part)
 
@@ -194,13 +199,7 @@ def _states(states: Sequence[str]) -> str:
     return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(state or "-" for state in states)
 
 
-def json_line(
-    reading: Reading,
-    units: JointUnits,
-    seconds: float,
-    residual: Residual | None = None,
-    external: External | None = None,
-) -> str:
+def json_line(reading: Reading, units: JointUnits, seconds: float, monitored: Monitored = ()) -> str:
     """A reading as one line of JSON, in SI units; unknown values are null."""
     content: dict[str, Any] = {
         "exidyn_reading": 1,
@@ -215,20 +214,8 @@ def json_line(
         "events": list(reading.events),
         "fault": reading.fault,
     }
-    if residual is not None:
-        content |= {
-            "residual": residual.value,
-            "residual_alarm_from": residual.alarm,
-            "residual_alarms": [units.joints[joint] for joint in residual.over],
-        }
-    if external is not None:
-        content |= {
-            "external_torque": external.torque,
-            "contact_from": external.contact_from,
-            "force": external.force,
-            "contact": [units.joints[joint] for joint in external.over],
-            "contacts": external.contacts,
-        }
+    for part in monitored:
+        content |= part.table(units.joints)
     return json_text(plain(content), indent=None)
 
 

@@ -9,10 +9,10 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
 from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
 
-from ..files.diagnosis_files import Traces
 from ..files.given_runs import role_words
 from .parts import (
     GRAY,
@@ -47,19 +47,19 @@ COLUMNS = rrb.TextLogColumns(
 """Columns of the list of moments: time, which can be clicked to go there, and text."""
 
 
-def diagnosis_view(shown: Shown, traces: Traces | None) -> View:
-    """A view of a diagnosis and its traces; without traces it has texts only."""
-    diagnosis = shown.diagnosis
-    all_suspects = [] if traces is None else suspects(diagnosis, traces)
+def diagnosis_view(shown: Shown) -> View:
+    """A view of a diagnosis and its samples; without samples it has texts only."""
+    model = shown.model
+    all_suspects = [] if model is None else suspects(shown)
     sections = [section for section in diagnosis_document(shown).sections if section.blocks]
     texts = {section.anchor: section_markdown(section) for section in sections}
 
     def log(stream: rr.RecordingStream) -> None:
         for name, words in texts.items():
             log_markdown(stream, f"texts/{name}", words)
-        if traces is not None:
-            for trace in traces.traces:
-                _log_run(stream, diagnosis, traces, trace, all_suspects)
+        if model is not None:
+            for trace in shown.traces:
+                _log_run(stream, shown, model, trace, all_suspects)
 
     texts_view = rrb.Vertical(
         rrb.TextDocumentView(origin="texts/verdict", name="verdict"),
@@ -73,17 +73,17 @@ def diagnosis_view(shown: Shown, traces: Traces | None) -> View:
         ),
     )
     layout: rrb.Container = texts_view
-    if traces is not None and traces.traces:
-        runs = [_tab(diagnosis, traces, trace, all_suspects) for trace in traces.traces]
+    if model is not None and shown.traces:
+        runs = [_tab(shown.diagnosis, model, trace, all_suspects) for trace in shown.traces]
         layout = rrb.Horizontal(rrb.Tabs(*runs, active_tab=0), texts_view, column_shares=[3, 1])
     return View("diagnosis", log, screen(layout))
 
 
-def _tab(diagnosis: Diagnosis, traces: Traces, trace: Trace, all_suspects: list[Suspect]) -> rrb.Container:
+def _tab(diagnosis: Diagnosis, model: Model, trace: Trace, all_suspects: list[Suspect]) -> rrb.Container:
     """Plots on the left, the arm and the list of moments on the right."""
     views: list[rrb.View | rrb.Container] = []
     for suspect in all_suspects[:MAX_PLOTS]:
-        unit = TURNING if traces.model.robot.revolute[suspect.joint] else SLIDING
+        unit = TURNING if model.robot.revolute[suspect.joint] else SLIDING
         title = f"{suspect.name}: residual of {diagnosis.joints[suspect.joint]} [{unit}]"
         views.append(_plot(trace, suspect.name, title, legend=not views))
     scale = "over noise floor" if diagnosis.noise_measured_at_rest else "[N m] or [N]"
@@ -92,7 +92,7 @@ def _tab(diagnosis: Diagnosis, traces: Traces, trace: Trace, all_suspects: list[
         for stage, words in (("after", "with findings"), ("before", "without findings"))
     ]
     views += [rrb.Tabs(*residuals, active_tab=0)] if all_suspects else residuals[::-1]
-    arm = arm_view(traces.model, arm_name(trace.name))
+    arm = arm_view(model, arm_name(trace.name))
     beside: rrb.View | rrb.Container = arm
     if all_suspects:
         times = rrb.TextLogView(
@@ -114,24 +114,19 @@ def _entity(trace: Trace, *parts: str) -> str:
 
 
 def _log_run(
-    stream: rr.RecordingStream,
-    diagnosis: Diagnosis,
-    traces: Traces,
-    trace: Trace,
-    all_suspects: list[Suspect],
+    stream: rr.RecordingStream, shown: Shown, model: Model, trace: Trace, all_suspects: list[Suspect]
 ) -> None:
     """Log residuals, findings and the arm of a run."""
-    measured = diagnosis.noise_measured_at_rest
-    colors = joint_colors(len(traces.noise))
+    colors = joint_colors(model.robot.dof)
     for stage in ("before", "after"):
-        residual = getattr(trace, stage) / (traces.noise if measured else 1.0)
+        residual = getattr(trace, stage) / (shown.noise if shown.over_noise else 1.0)
         rms = windowed_rms(trace.time, residual, trace.weight)
         path = _entity(trace, "residuals", stage)
-        log_lines(stream, path, diagnosis.joints, colors, trace.time, rms, 1.2)
-    Arm(stream, traces.model, arm_name(trace.name)).move(trace.time, trace.position)
+        log_lines(stream, path, shown.diagnosis.joints, colors, trace.time, rms, 1.2)
+    Arm(stream, model, arm_name(trace.name)).move(trace.time, trace.position)
     for suspect in all_suspects:
-        _log_residual(stream, trace, suspect, float(traces.noise[suspect.joint]) if measured else None)
-        _log_moments(stream, traces, trace, suspect, measured)
+        _log_residual(stream, trace, suspect, shown.noise_of(suspect.joint))
+        _log_moments(stream, shown, model, trace, suspect)
 
 
 def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, noise: float | None) -> None:
@@ -151,16 +146,16 @@ def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, no
 
 
 def _log_moments(
-    stream: rr.RecordingStream, traces: Traces, trace: Trace, suspect: Suspect, measured: bool
+    stream: rr.RecordingStream, shown: Shown, model: Model, trace: Trace, suspect: Suspect
 ) -> None:
     """Log the moments of a finding: a bar below its residual, rows of text, and a ball on the joint."""
-    moments = suspect.moments(trace, traces.noise)
-    noise = 0.0 if measured else float(traces.noise[suspect.joint])
-    ball, radius = _log_ball(stream, traces, trace, suspect)
+    moments = suspect.moments(trace, shown.noise)
+    noise = 0.0 if shown.over_noise else float(shown.noise[suspect.joint])
+    ball, radius = _log_ball(stream, model, trace, suspect)
     _resize(stream, ball, float(trace.time[0]), 0.0)
     for moment in moments:
         _resize(stream, ball, moment.begin, radius)
-        words = suspect.sentence(moment, trace, traces.model.robot, noise)
+        words = suspect.sentence(moment, trace, model.robot, noise)
         row = rr.TextLog(words, color=suspect.color)
         stream.log(_entity(trace, "moments", suspect.name), row)
         _resize(stream, ball, moment.end, 0.0)
@@ -169,8 +164,8 @@ def _log_moments(
     within = np.zeros(len(trace.time), bool)
     for moment in moments:
         within |= (trace.time >= moment.begin) & (trace.time <= moment.end)
-    shown = np.where(within, height, np.nan)
-    log_lines(stream, bar, ["moments"], [suspect.color], trace.time, shown, 7.0)
+    heights = np.where(within, height, np.nan)
+    log_lines(stream, bar, ["moments"], [suspect.color], trace.time, heights, 7.0)
 
 
 def _resize(stream: rr.RecordingStream, ball: str, time: float, radius: float) -> None:
@@ -179,14 +174,12 @@ def _resize(stream: rr.RecordingStream, ball: str, time: float, radius: float) -
     stream.log(ball, rr.Points3D.from_fields(radii=[radius]))
 
 
-def _log_ball(
-    stream: rr.RecordingStream, traces: Traces, trace: Trace, suspect: Suspect
-) -> tuple[str, float]:
+def _log_ball(stream: rr.RecordingStream, model: Model, trace: Trace, suspect: Suspect) -> tuple[str, float]:
     """Log a ball in the joint's frame; return its path, and its radius when visible [m]."""
     name = arm_name(trace.name)
     path = entity(name, "marks", suspect.name)
-    frame = f"{name}/{link_frames(traces.model.robot.kinematics)[suspect.joint].child}"
+    frame = f"{name}/{link_frames(model.robot.kinematics)[suspect.joint].child}"
     stream.log(path, rr.CoordinateFrame(frame), static=True)
     ball = rr.Points3D.from_fields(positions=[[0.0, 0.0, 0.0]], colors=[suspect.color])
     stream.log(path, ball, static=True)
-    return path, MARK * reach(traces.model)
+    return path, MARK * reach(model)

@@ -45,5 +45,5 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> View:
         raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if recordings:
         raise NotAFile(f"{results[0]} contains its runs; view {', '.join(map(str, sources))} separately")
-    shown, traces = read_shown(results[0])
-    return diagnosis_view(shown, traces and traces._replace(traces=tuple(renamed(traces.traces))))
+    shown = read_shown(results[0])
+    return diagnosis_view(shown._replace(traces=tuple(renamed(shown.traces))))

@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.identification.arm.robot import Robot
-from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identification.diagnosis.words.naming import effect_words, finding_names, joint_words, lower
+from exidyn.identification.diagnosis.words.naming import effect_words, joint_words, lower
+from exidyn.identification.pages.shown import Shown
 from exidyn.identification.text_table import digits
 
-from ..files.diagnosis_files import Traces
 from ..files.given_runs import distinct_names
 from .parts import COLORS
 
@@ -90,11 +89,12 @@ class Suspect(NamedTuple):
         return f"{when}  {self.short}: {size} at {where}"
 
 
-def suspects(diagnosis: Diagnosis, traces: Traces) -> list[Suspect]:
+def suspects(shown: Shown) -> list[Suspect]:
     """Findings of a diagnosis, followed by unexplained residuals."""
-    findings = zip(finding_names(diagnosis), diagnosis.all_findings, strict=True)
+    diagnosis = shown.diagnosis
+    findings = zip(shown.finding_names, diagnosis.all_findings, strict=True)
     entries: list[tuple[str, str, int, int | None]] = [
-        (name, effect_words(finding.effect), _clearest_joint(traces, place), place)
+        (name, effect_words(finding.effect), _clearest_joint(shown, place), place)
         for place, (name, finding) in enumerate(findings)
     ]
     for remainder in diagnosis.remainders:
@@ -107,10 +107,10 @@ def suspects(diagnosis: Diagnosis, traces: Traces) -> list[Suspect]:
     ]
 
 
-def _clearest_joint(traces: Traces, place: int) -> int:
+def _clearest_joint(shown: Shown, place: int) -> int:
     """Index of the joint on which a finding's torque is largest over the noise floor."""
-    squares = sum(np.sum((trace.explained[place] * trace.weight) ** 2, axis=0) for trace in traces.traces)
-    return int(np.argmax(squares / traces.noise**2))
+    squares = sum(np.sum((trace.explained[place] * trace.weight) ** 2, axis=0) for trace in shown.traces)
+    return int(np.argmax(squares / shown.noise**2))
 
 
 def windowed_rms(time: np.ndarray, over_noise: np.ndarray, weight: np.ndarray) -> np.ndarray:

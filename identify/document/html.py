@@ -1,6 +1,5 @@
 """A document as a single HTML page: printable, light and dark, without scripts or network access."""
 
-from functools import singledispatch
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -72,93 +71,52 @@ def prose(words: str) -> Markup:
     )
 
 
-@singledispatch
 def cell(content: Cell) -> Markup:
     """HTML of a cell."""
-    raise TypeError(f"not a table cell: {content!r}")
+    match content:
+        case str():
+            return Markup(NAMELESS) if content == UNKNOWN else prose(raised(content))
+        case Number():
+            return _number(content)
+        case Numbers(pattern, numbers):
+            return Markup(prose(pattern)).format(*map(cell, numbers))
+        case Marked():
+            return cell(content.cell)
+        case Link(words, address):
+            return Markup('<a href="{}">{}</a>').format(address, words)
+        case Picture(svg):
+            return Markup(svg)
 
 
-@cell.register
-def _(content: str) -> Markup:
-    return Markup(NAMELESS) if content == UNKNOWN else prose(raised(content))
-
-
-@cell.register
-def _(content: Number) -> Markup:
-    shown = digits(content.value, content.digits)
+def _number(number: Number) -> Markup:
+    shown = digits(number.value, number.digits)
     if shown == UNKNOWN:
         return Markup(NAMELESS)
-    suffix = f" {raised(content.unit)}" if content.unit else ""
+    suffix = f" {raised(number.unit)}" if number.unit else ""
     pattern = Markup('<data value="{!r}">{}</data>{}')
-    return pattern.format(float(content.value), shown.replace("-", MINUS), prose(suffix))
+    return pattern.format(float(number.value), shown.replace("-", MINUS), prose(suffix))
 
 
-@cell.register
-def _(content: Numbers) -> Markup:
-    return Markup(prose(content.pattern)).format(*map(cell, content.numbers))
-
-
-@cell.register
-def _(content: Marked) -> Markup:
-    return cell(content.cell)
-
-
-@cell.register
-def _(content: Link) -> Markup:
-    return Markup('<a href="{}">{}</a>').format(content.address, content.words)
-
-
-@cell.register
-def _(content: Picture) -> Markup:
-    return Markup(content.svg)
-
-
-@singledispatch
 def block(content: Block) -> Markup:
     """HTML of a block."""
-    raise TypeError(f"not a document block: {content!r}")
-
-
-@block.register
-def _(content: Table) -> Markup:
-    return _PARTS.table(content, {0, *content.words})
-
-
-@block.register
-def _(content: Statements) -> Markup:
-    return _PARTS.statements(content)
-
-
-@block.register
-def _(content: Paragraph) -> Markup:
-    style = "note" if content.style == "plot" else content.style
-    return Markup('<p class="{}">{}</p>').format(style, prose(content.text))
-
-
-@block.register
-def _(content: Links) -> Markup:
-    return Markup('<p class="note">{}</p>').format(Markup(", ").join(map(cell, content.links)))
-
-
-@block.register
-def _(content: Heading) -> Markup:
-    return Markup("<h3>{}</h3>").format(content.text)
-
-
-@block.register
-def _(content: Figure) -> Markup:
-    return _PARTS.figure(content, Markup(content.svg))
-
-
-@block.register
-def _(content: Grid) -> Markup:
-    return _PARTS.grid(content) if content.blocks else Markup()
-
-
-@block.register
-def _(content: Folded) -> Markup:
-    parts = Markup().join(map(block, content.blocks))
-    return Markup("<details><summary>{}</summary>{}</details>").format(content.title, parts)
+    match content:
+        case Table():
+            return _PARTS.table(content, {0, *content.words})
+        case Statements():
+            return _PARTS.statements(content)
+        case Paragraph(text, style):
+            return Markup('<p class="{}">{}</p>').format("note" if style == "plot" else style, prose(text))
+        case Links(links):
+            return Markup('<p class="note">{}</p>').format(Markup(", ").join(map(cell, links)))
+        case Heading(text):
+            return Markup("<h3>{}</h3>").format(text)
+        case Figure():
+            return _PARTS.figure(content, Markup(content.svg))
+        case Grid(blocks):
+            return _PARTS.grid(content) if blocks else Markup()
+        case Folded(title, blocks):
+            parts = Markup().join(map(block, blocks))
+            return Markup("<details><summary>{}</summary>{}</details>").format(title, parts)
 
 
 def _templates() -> Environment:

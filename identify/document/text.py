@@ -1,7 +1,6 @@
 """A document as text with 80 columns, for terminals."""
 
 from collections.abc import Sequence
-from functools import singledispatch
 
 from ..text_table import at_point, page_width, paragraph, raised, table
 from .document import (
@@ -55,45 +54,26 @@ def _section(section: Section) -> list[str]:
     return [section.title, "-" * page_width.get(), *blocks_lines(section.blocks)]
 
 
-@singledispatch
-def lines(block: Block) -> list[str]:
+def _lines(block: Block) -> list[str]:
     """Lines of a block; a plot has none."""
-    raise TypeError(f"not a document block: {block!r}")
-
-
-@lines.register
-def _(block: Table) -> list[str]:
-    return table_lines(block)
-
-
-@lines.register
-def _(block: Statements) -> list[str]:
-    return [line for sentence in block.sentences for line in paragraph(sentence, "  ", "- ")]
-
-
-@lines.register
-def _(block: Paragraph) -> list[str]:
-    return [] if block.style == "plot" else paragraph(block.text)
-
-
-@lines.register
-def _(block: Heading) -> list[str]:
-    return ["", block.text]
-
-
-@lines.register
-def _(block: Figure | Links | Folded) -> list[str]:
-    return []
-
-
-@lines.register
-def _(block: Grid) -> list[str]:
-    return blocks_lines(block.blocks)
+    match block:
+        case Table():
+            return _table_lines(block)
+        case Statements(sentences):
+            return [line for sentence in sentences for line in paragraph(sentence, "  ", "- ")]
+        case Paragraph(words, style):
+            return [] if style == "plot" else paragraph(words)
+        case Heading(words):
+            return ["", words]
+        case Grid(blocks):
+            return blocks_lines(blocks)
+        case Figure() | Links() | Folded():
+            return []
 
 
 def blocks_lines(blocks: Sequence[Block]) -> list[str]:
     """Lines of blocks, without headings that have only plots below them."""
-    written = [(block, lines(block)) for block in blocks]
+    written = [(block, _lines(block)) for block in blocks]
     return [
         line
         for index, (block, block_lines) in enumerate(written)
@@ -125,7 +105,7 @@ def shortened(block: Table) -> Table:
     return Table([block.head[column] for column in shown], rows, words)
 
 
-def table_lines(block: Table) -> list[str]:
+def _table_lines(block: Table) -> list[str]:
     """Lines of a table, with numbers aligned at their decimal points."""
     more, block = block.more, shortened(block)
     if not block.rows:

@@ -62,7 +62,9 @@ def budget_section(shown: Shown) -> Section:
     diagnosis, joints = shown.diagnosis, shown.names
     if (budget := diagnosis.budget) is None:
         return Section("budget", TITLE, ())
-    parts, units, source = lumped(parts_of(diagnosis)), diagnosis.torque_units, _source(budget)
+    parts, units = lumped(parts_of(diagnosis)), diagnosis.torque_units
+    fitted = "fitted runs, each block predicted by the others"
+    source = f"held out: {', '.join(budget.held_out)}" if budget.held_out else fitted
     note = (
         "The baseline is the model without findings, with parameters and drive gains fitted within their "
         f"tolerances ({source}; root mean square). The square of its residual is divided among its causes."
@@ -84,12 +86,6 @@ def budget_section(shown: Shown) -> Section:
 
 
 TITLE = "Residual by cause"
-
-
-def _source(budget: Budget) -> str:
-    if budget.held_out:
-        return f"held out: {', '.join(budget.held_out)}"
-    return "fitted runs, each block predicted by the others"
 
 
 def parts_of(diagnosis: Diagnosis) -> list[Part]:
@@ -231,13 +227,12 @@ def budget_plot(budget: Budget, parts: Sequence[Part], joints: Sequence[str], un
     pairs = [pair for pair in zip(parts, colors, strict=True) if np.any(pair[0].shares > SHOWN)]
     sides = [[pair for pair in pairs if pair[0].is_finding == is_finding] for is_finding in (True, False)]
     sides = [side for side in sides if side]
-    keys = "".join(
-        _key(LEFT + KEYS * column, bottom + 18 * row, color, part.name)
-        for column, side in enumerate(sides)
-        for row, (part, color) in enumerate(side)
-    )
+    for column, side in enumerate(sides):
+        for row, (part, color) in enumerate(side):
+            x, y = LEFT + KEYS * column, bottom + 18 * row
+            drawn += [rect(f'fill="{color}"', x, y - 9, 18, 10), text(x + 24, y, part.name, "key")]
     height = bottom + 18 * max(map(len, sides), default=0)
-    return picture(LEFT + WIDTH + 190, height, "residual by cause", "".join(drawn) + keys)
+    return picture(LEFT + WIDTH + 190, height, "residual by cause", "".join(drawn))
 
 
 def _colors(parts: Sequence[Part]) -> list[str]:
@@ -264,7 +259,3 @@ def _bar(parts: Sequence[Part], colors: Sequence[str], joint: int, before: float
             drawn.append(f'<text {place} class="middle" style="fill:#fff">{100 * share:.0f} %</text>')
         x += width
     return drawn
-
-
-def _key(x: float, y: float, color: str, name: str) -> str:
-    return rect(f'fill="{color}"', x, y - 9, 18, 10) + text(x + 24, y, name, "key")

@@ -27,13 +27,7 @@ from ..document.html import html
 from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed, percent
 from .budget import budget_section
-from .diagnosis_plots import (
-    FULL,
-    PALE,
-    bars,
-    forward_plot,
-    where_and_when,
-)
+from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .located import located_section
 from .shown import Shown as Shown
@@ -162,7 +156,9 @@ def _findings_table(shown: Shown) -> list[Block]:
     findings = shown.diagnosis.findings
     for name, finding in zip(shown.finding_names, shown.diagnosis.all_findings, strict=True):
         mark = "" if finding in findings else ", undecided"
-        rows += [[f"{name}{mark}"], [f"  {_sure(finding)}{_gain(finding)}"], *_numbers(shown, finding)]
+        score = "" if np.isnan(finding.held_out) else f", held-out score {digits(finding.held_out, 3)}"
+        certainty = f"  probability {percent(finding.probability, 3)}{score}"
+        rows += [[f"{name}{mark}"], [certainty], *_numbers(shown, finding)]
         reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out).values() if words]
     if not rows:
         return []
@@ -184,14 +180,6 @@ def _numbers(shown: Shown, finding: Finding) -> list[list[Cell]]:
             for words, torque, std in size_rows(size, shown.diagnosis)
         ]
     return rows
-
-
-def _sure(finding: Finding) -> str:
-    return f"probability {percent(finding.probability, 3)}"
-
-
-def _gain(finding: Finding) -> str:
-    return "" if np.isnan(finding.held_out) else f", held-out score {digits(finding.held_out, 3)}"
 
 
 def _moments(shown: Shown) -> list[Block]:
@@ -262,7 +250,9 @@ def _simulation(shown: Shown, simulated: Simulated) -> list[Block]:
     if (samples := shown.forward) is not None:
         missed = 1e3 * float(np.max(samples.missed))
         if np.isfinite(missed):
-            size = f"{digits(missed, 2)} {_small(shown)}"
+            kinds = (("mrad", TURNING), ("mm", SLIDING))
+            units = " or ".join(name for name, unit in kinds if unit in shown.diagnosis.torque_units)
+            size = f"{digits(missed, 2)} {units}"
             note += f" Simulated and recorded positions differ by at most {size}, root mean square."
         gained = _gained(before, after, shown.noise)
         plot = forward_plot(samples, gained, shown.diagnosis.torque_units[gained])
@@ -277,14 +267,6 @@ def _gained(before: np.ndarray, after: np.ndarray, noise: np.ndarray) -> int:
     with np.errstate(over="ignore", invalid="ignore"):
         gains = (before**2 - after**2) / noise**2
     return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
-
-
-def _small(shown: Shown) -> str:
-    """Unit for small position errors: mrad, mm, or both."""
-    kinds = [
-        name for name, unit in (("mrad", TURNING), ("mm", SLIDING)) if unit in shown.diagnosis.torque_units
-    ]
-    return " or ".join(kinds)
 
 
 def _data(shown: Shown) -> list[Block]:

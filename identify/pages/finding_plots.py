@@ -32,13 +32,15 @@ def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first:
         return []
     blocks: list[Block] = [Paragraph(note if shown.traces else WITHOUT)]
     for place, finding in enumerate(findings, first):
-        texts = [words for words in _words(shown, finding) if words]
+        texts = filter(None, _words(shown, finding))
         blocks += [Heading(shown.finding_names[place]), *(Paragraph(words, "") for words in texts)]
         axes = kind_of(finding.effect).drawn_against or USUAL[:2]
         size_sentence, size_figure = _size(shown.diagnosis, finding)
         plots = _plots(without(shown, place), shown.clearest_joint(finding), axes)
         figures = [figure for figure in (*plots[:1], size_figure) if figure is not None]
-        blocks += [*size_sentence, Grid(figures), _alternatives(shown, finding), *_folded(plots[1:])]
+        blocks += [*size_sentence, Grid(figures), _alternatives(shown, finding)]
+        if plots[1:]:
+            blocks.append(Folded("More plots of this joint", [Grid(plots[1:], "three")]))
     return blocks
 
 
@@ -60,11 +62,6 @@ def _size(diagnosis: Diagnosis, finding: Finding) -> tuple[list[Paragraph], Figu
     remark = "all parameters together, with a 95 % band"
     plot = size_plot(size, diagnosis)
     return [words], Figure(f"Torque of the effect over {AXES[size.over].words}", remark, plot)
-
-
-def _folded(figures: Sequence[Figure]) -> list[Block]:
-    """Further plots, which a reader opens."""
-    return [Folded("More plots of this joint", [Grid(figures, "three")])] if figures else []
 
 
 def without(shown: Shown, place: int) -> Shown:

@@ -58,16 +58,13 @@ def _table(fit: Fit) -> Table:
 def _row(fit: Fit, place: int, deviation: float, far: list[str]) -> Row:
     name, value, std = fit.names[place], fit.estimate.values[place], fit.estimate.std[place]
     nominal, stated = float(fit.prior[0][place]), np.isfinite(deviation)
-    notes = [note for note, on in (("open", _is_open(value, std)), ("off nominal", name in far)) if on]
+    is_open = 100.0 * std > OPEN * abs(value)
+    notes = [note for note, on in (("open", is_open), ("off nominal", name in far)) if on]
     return [
         name, Number(value), Number(NORMAL_95 * std, 2), fit.base.units[place],
         Number(nominal if stated else np.nan), Number(NORMAL_95 * deviation, 2), ", ".join(notes),
         Picture(interval_bar(value, std, nominal, deviation)),
     ]  # fmt: skip
-
-
-def _is_open(value: float, std: float) -> bool:
-    return bool(100.0 * std > OPEN * abs(value))
 
 
 def _effects(model: Model) -> dict[str, str]:

@@ -63,7 +63,8 @@ def friction_plot(fit: Fit, joint: int) -> str:
     """Friction of a joint over velocity: model curve, and measured torque minus all other model terms."""
     robot = fit.model.robot
     velocity, torque = _friction_dots(fit, joint)
-    fastest = float(np.max(np.abs(velocity), initial=0.0)) or _fastest(robot, joint)
+    limit = float(robot.limits.velocity[joint])
+    fastest = float(np.max(np.abs(velocity), initial=0.0)) or (limit if np.isfinite(limit) else 1.0)
     grid = velocity_grid(fastest)
     curve, spread = friction_curve(fit, joint, grid)
     low, high = curve - NORMAL_95 * spread, curve + NORMAL_95 * spread
@@ -123,11 +124,6 @@ def _friction_dots(fit: Fit, joint: int) -> tuple[np.ndarray, np.ndarray]:
     chosen = np.unique(np.linspace(0, len(velocity) - 1, min(DOTS, len(velocity))).astype(int))
     velocity, residual = velocity[chosen], residual[chosen]
     return velocity, residual + friction_curve(fit, joint, velocity)[0]
-
-
-def _fastest(robot: Robot, joint: int) -> float:
-    limit = float(robot.limits.velocity[joint])
-    return limit if np.isfinite(limit) else 1.0
 
 
 def friction_curve(fit: Fit, joint: int, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

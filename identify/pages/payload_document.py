@@ -142,17 +142,15 @@ def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
     for number, pose in enumerate(result.check.poses, start=1):
         where = ", ".join(f"{value:.2f}" for value in pose.position + 0.0)
         rows.append([f"pose {number}: ({where}) rad"])
+        columns = zip(result.joints, pose.measured, pose.predicted, pose.std, strict=True)
         rows += [
             [
                 joint,
-                Number(measured),
-                Number(predicted),
+                *map(Number, (measured, predicted)),
                 Number(measured - predicted, 2),
-                Number(1.96 * std, 2),
+                Number(NORMAL_95 * std, 2),
             ]
-            for joint, measured, predicted, std in zip(
-                result.joints, pose.measured, pose.predicted, pose.std, strict=True
-            )
+            for joint, measured, predicted, std in columns
         ]
     return [
         Paragraph("Mean torque of the payload over at most a second, left out of the estimate [N m]."),
@@ -187,15 +185,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
             "passed": result.check.passed,
             "worst": result.check.worst,
             "limit": result.check.limit,
-            "poses": [
-                {
-                    "position": pose.position,
-                    "measured": pose.measured,
-                    "predicted": pose.predicted,
-                    "std": pose.std,
-                }
-                for pose in result.check.poses
-            ],
+            "poses": [pose._asdict() for pose in result.check.poses],
         },
         "gain_error": result.gain_error,
         "gain_std": result.gain_std,

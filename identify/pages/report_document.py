@@ -1,6 +1,8 @@
 """Report: robot, runs, fits, diagnosis and comparisons on one page."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from ..document.html import html
 from ..fit.agreement import Agreement
 from ..fit.fit import Fit
 from ..fit.verdict import MISSING, counted
+from ..model import Model
 from ..simulation.comparison import Comparison
 from ..text_table import digits
 from .compared_document import compared_sections, verdict
@@ -26,9 +29,48 @@ from .diagnosis_document import detail_sections, gained_blocks, simulation_secti
 from .diagnosis_plots import bars
 from .fit_document import fit_sections
 from .fit_document import verdict_blocks as fit_verdict_blocks
-from .report_material import Fitted, Material
 from .robot_document import robot_sections
-from .runs_document import runs_sections
+from .runs_document import Run, runs_sections
+from .shown import Shown
+
+
+class Fitted(NamedTuple):
+    """A fit with its title on the page.
+
+    Attributes:
+        title: Title, as plain text.
+        fit: The fit, with its predictions of the runs if these were given.
+        nominal: The same model with nominal values; None if they are unknown.
+        improved: Whether the model contains the findings of a diagnosis.
+    """
+
+    title: str
+    fit: Fit
+    nominal: Fit | None = None
+    improved: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """All results of a report.
+
+    Attributes:
+        joints: Names of the joints, which all results share.
+        model: The nominal robot; None if unknown.
+        runs: Recorded runs.
+        fits: Fits in the order in which they were given, improved ones last.
+        diagnosis: The diagnosis; None without one.
+        comparisons: Comparisons of simulations with recordings.
+        files: Content of each file that was read, in words, such as "fit.json" -> "a fit".
+    """
+
+    joints: tuple[str, ...]
+    model: Model | None
+    runs: tuple[Run, ...]
+    fits: tuple[Fitted, ...]
+    diagnosis: Shown | None
+    comparisons: tuple[Comparison, ...]
+    files: Mapping[str, str]
 
 
 def joined_html(material: Material) -> str:
@@ -45,7 +87,7 @@ def joined_document(material: Material) -> Document:
     ]
     chapters = [
         Chapter("robot", "Nominal robot", robot_sections(material.model) if material.model else ()),
-        Chapter("runs", "Runs", runs_sections(material)),
+        Chapter("runs", "Runs", runs_sections(material.runs, material.joints, material.model)),
         *(chapter for improved, chapter in fits if not improved),
         Chapter("diagnosis", "Diagnosis", detail_sections(material.diagnosis) if material.diagnosis else ()),
         *(chapter for improved, chapter in fits if improved),

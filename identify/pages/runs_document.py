@@ -1,11 +1,14 @@
 """The runs: a table, and the motion of each joint in each run."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
 from ..document.document import Figure, Grid, Number, Paragraph, Row, Section, Statements, Table
+from ..model import Model
 from ..recordings.recording import SIGNALS
 from ..text_table import digits
-from .report_material import Material, Run
 from .svg import Panel, Span, label, picture, text, ticks
 
 LEFT, WIDTH, GAP = 112.0, 320.0, 62.0
@@ -18,23 +21,51 @@ COLUMNS = 160
 """Number of stretches of a line whose extremes are drawn: a strip shows shapes, not samples."""
 
 
-def runs_sections(material: Material) -> list[Section]:
-    """Table and plots of the runs; empty without runs."""
-    if not material.runs:
+class Run(NamedTuple):
+    """The parts of a recorded run that a report shows.
+
+    Attributes:
+        name: Name of the run.
+        role: Purpose of the run, in words; empty if unknown.
+        payload: Payload on the flange, in words; empty if unknown.
+        rate: Sampling rate [Hz].
+        time: Time of the positions, shape (t,) [s].
+        position: Joint positions, shape (t, n) [rad].
+        effort_time: Time of the currents or torques, shape (s,) [s].
+        effort: Motor currents or joint torques, shape (s, n) [A] or [N m].
+        quantity: "current" or "torque".
+        warnings: Warnings about the recording, in sentences.
+    """
+
+    name: str
+    role: str
+    payload: str
+    rate: float
+    time: np.ndarray
+    position: np.ndarray
+    effort_time: np.ndarray
+    effort: np.ndarray
+    quantity: str
+    warnings: tuple[str, ...] = ()
+
+
+def runs_sections(runs: Sequence[Run], joints: Sequence[str], model: Model | None) -> list[Section]:
+    """Table and plots of the runs of a robot; empty without runs."""
+    if not runs:
         return []
     note = (
         "Position and current (or torque) of every joint over time. Each plot has its own scale, with the "
         "smallest and largest value on its left."
     )
-    figures = [Figure(run.name, run.role, _strips(run, material)) for run in material.runs]
-    warnings = [f"{run.name}: {warning}" for run in material.runs for warning in run.warnings]
+    figures = [Figure(run.name, run.role, _strips(run, joints, model)) for run in runs]
+    warnings = [f"{run.name}: {warning}" for run in runs for warning in run.warnings]
     return [
-        Section("table", "Recorded runs", [_table(material), Statements(warnings)]),
+        Section("table", "Recorded runs", [_table(runs), Statements(warnings)]),
         Section("motion", "Motion of the arm", [Paragraph(note, "plot"), Grid(figures)]),
     ]
 
 
-def _table(material: Material) -> Table:
+def _table(runs: Sequence[Run]) -> Table:
     head = ["run", "role", "duration [s]", "rate [Hz]", "effort signal", "payload"]
     rows: list[Row] = [
         [
@@ -45,28 +76,28 @@ def _table(material: Material) -> Table:
             run.quantity,
             run.payload or "-",
         ]
-        for run in material.runs
+        for run in runs
     ]
     return Table(head, rows, words=(1, 4, 5))
 
 
-def _strips(run: Run, material: Material) -> str:
+def _strips(run: Run, joints: Sequence[str], model: Model | None) -> str:
     """Plots of a run in two columns, with one row per joint."""
     across = Span.around(run.time, margin=0.0)
-    margin = max(LEFT, LETTER * max(map(len, material.joints)) + SCALE)
+    margin = max(LEFT, LETTER * max(map(len, joints)) + SCALE)
     parts = []
     for column, (name, time, values) in enumerate(
         (("position", run.time, run.position), (run.quantity, run.effort_time, run.effort))
     ):
         x0 = margin + column * (WIDTH + GAP)
-        units = material.model.robot.units(SIGNALS[name]) if material.model else (SIGNALS[name],)
+        units = model.robot.units(SIGNALS[name]) if model else (SIGNALS[name],)
         parts.append(text(x0, 13, f"{name} [{', '.join(dict.fromkeys(units))}]", "axis"))
-        for joint, words in enumerate(material.joints):
+        for joint, words in enumerate(joints):
             panel = Panel(across, Span.around(values[:, joint]), x0, TOP + STEP * joint, WIDTH, HEIGHT)
             parts.append(_strip(panel, time, values[:, joint]))
             if column == 0:
                 parts.append(text(4, panel.top + HEIGHT / 2 + 4, words, "name"))
-        bottom = TOP + STEP * len(material.joints)
+        bottom = TOP + STEP * len(joints)
         for value in ticks(across, 5):
             place = x0 + WIDTH * (value - across.low) / across.size
             parts.append(text(place, bottom + 10, label(value, across), "tick middle"))

@@ -12,6 +12,7 @@ from ..diagnosis.improved.forward import Forward
 from ..diagnosis.improved.improved import with_files
 from ..diagnosis.words.naming import finding_names, joint_words
 from ..diagnosis.words.verdict import before_and_after
+from ..model import Model
 
 
 class Shown(NamedTuple):
@@ -22,22 +23,24 @@ class Shown(NamedTuple):
         traces: Samples of runs, held-out runs first; empty if they were not kept.
         forward: Samples of the simulated run; None if nothing was simulated or they were not kept.
         folder: Folder with the models of findings and rivals; empty if they were not written.
+        model: Nominal model; None without samples.
     """
 
     diagnosis: Diagnosis
     traces: tuple[Trace, ...] = ()
     forward: Forward | None = None
     folder: str = ""
+    model: Model | None = None
 
     @classmethod
     def of(cls, diagnosis: Diagnosis, folder: str = "", forward: Forward | None = None) -> "Shown":
         """A new diagnosis, with the file names of its alternatives."""
-        traces = diagnosis.evidence.traces if diagnosis.evidence else ()
+        traces, model = (evidence.traces, evidence.model) if (evidence := diagnosis.evidence) else ((), None)
         if folder:
             diagnosis = with_files(diagnosis)
         if forward is not None:
             diagnosis = replace(diagnosis, simulated=forward.summary)
-        return cls(diagnosis, traces, forward, folder)
+        return cls(diagnosis, traces, forward, folder, model)
 
     @property
     def names(self) -> list[str]:

@@ -48,12 +48,9 @@ class Span(NamedTuple):
 def ticks(span: Span, count: int) -> np.ndarray:
     """About `count` multiples of 1, 2 or 5 times a power of ten within the range."""
     power = 10.0 ** np.floor(np.log10(span.size / count))
-    choices = [_multiples(span, factor * power) for factor in (0.5, 1, 2, 5, 10)]
+    steps = [factor * power for factor in (0.5, 1, 2, 5, 10)]
+    choices = [step * np.arange(np.ceil(span.low / step), np.floor(span.high / step) + 1) for step in steps]
     return min(choices, key=lambda values: abs(len(values) - count))
-
-
-def _multiples(span: Span, step: float) -> np.ndarray:
-    return step * np.arange(np.ceil(span.low / step), np.floor(span.high / step) + 1)
 
 
 def stretch(time: np.ndarray, squares: np.ndarray, longest: float) -> slice:

@@ -161,7 +161,7 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
     assert np.all(np.isfinite(table["simulated"]["torque_rms_before"]))
     assert "The simulation diverged" in " ".join(capsys.readouterr().out.split())
     assert "The simulation diverged" in Page((out / "report.html").read_text(encoding="utf-8")).words
-    assert read_shown(out / "diagnosis.json")[0].forward is not None
+    assert read_shown(out / "diagnosis.json").forward is not None
 
 
 def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_path, runs, monkeypatch):

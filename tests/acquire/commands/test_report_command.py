@@ -171,7 +171,7 @@ def test_comparisons_are_shown_as_they_were_written(page, files):
 
 
 def test_a_diagnosis_reads_back(files):
-    ours, (theirs, traces) = (
+    ours, theirs = (
         Shown.of(small(), str(files / "diagnosis"), simulated()),
         read_shown(files / "diagnosis" / "diagnosis.json"),
     )
@@ -182,9 +182,9 @@ def test_a_diagnosis_reads_back(files):
     )
     assert theirs.clearest_joint(theirs.diagnosis.findings[0]) == 1
     assert [trace.name for trace in theirs.traces] == [trace.name for trace in ours.traces]
-    assert traces.simulated.left_out == ("backlash",)
-    np.testing.assert_allclose(traces.simulated.torque_before, simulated().torque_before, rtol=1e-6)
-    np.testing.assert_array_equal(traces.simulated.time, simulated().time)
+    assert theirs.forward.left_out == ("backlash",)
+    np.testing.assert_allclose(theirs.forward.torque_before, simulated().torque_before, rtol=1e-6)
+    np.testing.assert_array_equal(theirs.forward.time, simulated().time)
     np.testing.assert_allclose(theirs.diagnosis.simulated.torque_rms_before, simulated().before)
 
 
@@ -252,8 +252,8 @@ def test_a_diagnosis_with_an_undecided_finding_has_a_report(files, tmp_path):
     (tmp_path / "diagnosis.json").write_text(json.dumps(table))
     (tmp_path / NAME).write_bytes((files / "diagnosis" / NAME).read_bytes())
     assert main(["report", str(tmp_path), "--output", str(tmp_path / "report.html")]) == 0
-    read, traces = read_shown(tmp_path / "diagnosis.json")
-    assert len(read.diagnosis.undecided) == len(traces.traces[0].explained) == 1
+    read = read_shown(tmp_path / "diagnosis.json")
+    assert len(read.diagnosis.undecided) == len(read.traces[0].explained) == 1
 
 
 def test_scores_survive_the_file(tmp_path):

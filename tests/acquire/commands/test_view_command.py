@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.files.diagnosis_files import NAME, read_traces, write_diagnosis
+from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
+from exidyn.acquire.files.report_files import read_shown
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
@@ -235,7 +236,7 @@ def test_traces_that_were_cut_off_are_refused(files, tmp_path, capsys):
 
 
 def test_traces_are_those_of_the_evidence(files):
-    found = read_traces(files / NAME)
+    found = read_shown(files / "diagnosis.json")
     assert found.model.names == nominal_model().names
     assert [trace.role for trace in found.traces] == ["validate", "identify", "identify"]
     for ours, theirs in zip(found.traces, small().evidence.traces, strict=True):

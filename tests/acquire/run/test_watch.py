@@ -228,9 +228,9 @@ def test_what_is_not_known_is_null_and_a_dash():
 def test_a_residual_over_its_limit_is_named():
     found = Residual(np.array([0.5, 2.0, np.nan]), np.array([1.0, 1.0, 1.0]), 20.0, "")
     near = reading(position=np.zeros(3))
-    assert "ALARM: residual of achse_2 over 20 s" in line(near, UNITS, INFO, 1.0, found)
-    rows = table_lines(near, UNITS, INFO, 1.0, [], found)
+    assert "ALARM: residual of achse_2 over 20 s" in line(near, UNITS, INFO, 1.0, [found])
+    rows = table_lines(near, UNITS, INFO, 1.0, [], [found])
     assert rows[3].split()[-3:] == ["2.00", "1.00", "off"]
     assert "ALARM: residual of achse_2 over 20 s" in rows
-    assert json.loads(json_line(near, UNITS, 1.0, found))["residual_alarms"] == ["achse_2"]
+    assert json.loads(json_line(near, UNITS, 1.0, [found]))["residual_alarms"] == ["achse_2"]
     assert not any("ALARM" in row for row in table_lines(near, UNITS, INFO, 1.0, []))

@@ -25,8 +25,7 @@ from exidyn.identification.document.document import (
 from exidyn.identification.document.html import block, html
 from exidyn.identification.document.markdown import section_markdown
 from exidyn.identification.document.text import text
-from exidyn.identification.pages.report_material import Material, Run
-from exidyn.identification.pages.runs_document import runs_sections
+from exidyn.identification.pages.runs_document import Run, runs_sections
 from exidyn.identification.text_table import page_width, percent, raised, table
 
 TABLE = Table(
@@ -139,7 +138,7 @@ def test_names_of_joints_stand_clear_of_the_scales_beside_them():
     time, values = np.linspace(0.0, 1.0, 20), np.linspace(-12.5, 13.5, 20)[:, None]
     run = Run("run", "fitted", "", 20.0, time, values, time, values, "torque", ())
     drawn = {
-        name: html(Document("", "", runs_sections(Material((name,), None, (run,), (), None, (), {}))))
+        name: html(Document("", "", runs_sections([run], [name], None)))
         for name in ("j1", "shoulder_lift_joint")
     }
     frames = {name: float(re.search(r'class="frame" x="([\d.]+)"', page)[1]) for name, page in drawn.items()}
