@@ -175,6 +175,7 @@ def test_an_effect_matters_though_one_block_is_predicted_worse_with_it():
         errors=beside,
         independent=np.ones(1),
         by_joint=np.ones(1),
+        joint=0,
         relief=0.0,
         candidate=SimpleNamespace(smooth=False),
         columns=SimpleNamespace(usual=np.full(1, 40.0), joints=np.zeros(1, int)),
