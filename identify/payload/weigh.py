@@ -35,7 +35,7 @@ SETTLED = 0.02
 """Relative change of the mass after which they are not formed again: friction under load is a tenth of it."""
 TOO_NARROW = (
     "The 95 % intervals are too narrow: the fit has no friction under load and does not state the bias that "
-    "this causes; in simulation, 86 to 92 % of the values were inside. A run without the payload (--empty) "
+    "this causes; in simulation, 88 to 91 % of the values were inside. A run without the payload (--empty) "
     "instead of the fit gives wider intervals."
 )
 """Warning for fits of currents, and for files without `gear_friction_bias`."""
