@@ -60,8 +60,11 @@ class History:
         return 1e-9 * self.sample.host_time
 
     def add(self, sample: Sample, sent: Command | None) -> None:
-        """Add a sample and the command sent in its cycle; a sample that was added already is ignored."""
-        if self._count and sample is self.sample:
+        """Add a sample and the command sent in its cycle; a pair that was added already is ignored.
+
+        Several rules add the same cycle. A driver that hands out one sample twice does not hide a new command.
+        """
+        if self._count and sample is self.sample and sent is self.sent:
             return
         self.sample, self.sent = sample, sent
         self._add_position(sample.position)

@@ -72,6 +72,22 @@ def test_an_arm_that_stays_behind_is_one_after_as_many_cycles_as_are_allowed():
     assert number == 10 + 9 + 5  # limit reached, memory over, five in a row
 
 
+def test_one_sample_handed_out_again_does_not_hide_that_the_arm_stays_behind():
+    still = seen((0.0, 0.0))
+    number, stop = first_stop(tracking(0.1, 5), [(still, sent(k * 0.01)) for k in range(100)], 10)
+    assert number == 10 + 9 + 5
+    assert stop.kind == "quantity"
+
+
+def test_rules_that_add_the_same_cycle_count_it_once():
+    history = History(2, 0.002, 1)
+    pair = seen((0.3, 0.1)), sent(0.0)
+    for _ in range(3):
+        history.add(*pair)
+    assert history.before(0) is not None
+    assert history.before(1) is None
+
+
 def test_a_joint_that_is_silent_now_and_then_is_borne():
     one = np.array([True, False])
     samples = [(seen(stale=one if k % 3 else np.zeros(2, bool)), None) for k in range(99)]
