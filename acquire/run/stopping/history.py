@@ -62,7 +62,7 @@ class History:
     def add(self, sample: Sample, sent: Command | None) -> None:
         """Add a sample and the command sent in its cycle; a pair that was added already is ignored.
 
-        Several rules add the same cycle. A driver that hands out one sample twice does not hide a new command.
+        Several rules add the same cycle. A driver that hands out one sample twice hides no command.
         """
         if self._count and sample is self.sample and sent is self.sent:
             return
