@@ -86,8 +86,9 @@ def test_a_sound_arm_raises_none_and_friction_of_a_joint_its_own(store):
     first, sound = residual_of(store, 1.0)
     assert first.why == "not known yet"
     assert sound.why == ""
-    assert sound.over == []
-    assert residual_of(store, 1.5)[1].over == [0]
+    joints = two_joints.model().robot.joints
+    assert sound.table(joints)["residual_alarms"] == []
+    assert residual_of(store, 1.5)[1].table(joints)["residual_alarms"] == [joints[0]]
 
 
 def test_limits_are_farther_off_when_alarms_are_to_be_seldom(store):

@@ -72,7 +72,7 @@ def hear(path: Path) -> None:
     try:
         for kind, body in Unpacked().add(path.read_bytes()):
             if kind == OUTPUTS:
-                recipe = Recipe([*MEASURED, *FIELDS.values()], body)
+                recipe = Recipe([*MEASURED, *FIELDS], body)
             if kind != DATA or recipe is None or not recipe.accepted:
                 continue
             record, arrival = recipe.read(body), arrival + round(1e9 * CYCLE)

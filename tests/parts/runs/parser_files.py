@@ -233,7 +233,7 @@ RTDE_TYPES = (
 @cache
 def rtde_packages() -> bytes:
     """The answer to a recipe, and ten packages of an arm that moves."""
-    names, answer = [*MEASURED, *FIELDS.values()], b"\x01" + RTDE_TYPES.encode()
+    names, answer = [*MEASURED, *FIELDS], b"\x01" + RTDE_TYPES.encode()
     recipe, packages = Recipe(names, answer), [package(OUTPUTS, answer)]
     for place in range(10):
         values = {"timestamp": 100.0 + 0.002 * place, "actual_q": np.full(6, 0.1 * place), "robot_mode": 7,
