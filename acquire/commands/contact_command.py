@@ -1,6 +1,7 @@
 """exidyn contact: external torques and contacts along a recording."""
 
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +84,8 @@ def contact_command(args: Namespace) -> None:
         from ..views.live_view import Targets
         from ..views.viewers import show
 
-        show(contact_view(result, fit.model, _unit(fit)), Targets(view=args.view, save=args.save))
+        shown = replace(result, wrench=np.full_like(result.wrench, np.nan)) if fit.unscaled else result
+        show(contact_view(shown, fit.model, _unit(fit)), Targets(view=args.view, save=args.save))
         if args.save:
             print_written(args.save)
 

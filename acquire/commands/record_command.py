@@ -9,6 +9,7 @@ from pathlib import Path
 from exidyn.drivers import Driver, Info, Sample, known_drivers
 from exidyn.drivers.driver import Plant
 from exidyn.identification.effects import Payload
+from exidyn.identification.errors import NotExcited
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
@@ -144,11 +145,7 @@ def record_command(args: Namespace) -> int:
         payload_name = payload.name if payload else ""
         rehearse(job, ready.model, _cycle(driver, ready), payload_name, start_progress(job.motion.duration))
     if args.check:
-        expected = expected_fit(
-            [plan], read_model(args.robot), [payload.known] if payload else [], speed=args.speed
-        )
-        for sentence in expected.sentences:
-            print("\n".join(paragraph(sentence)), file=sys.stderr)
+        _print_expected(args, plan, payload)
     confirm(driver.simulated, args.yes)
     # Prepared before the loop, which has no time for it; the trajectory is stored at full speed.
     head = partial(
@@ -163,6 +160,18 @@ def record_command(args: Namespace) -> int:
     )
     outcome = _record(targets, driver, job, path, head, _advice(plan), args.json)
     return code_of(outcome)
+
+
+def _print_expected(args: Namespace, plan: Plan, payload: KnownPayload | None) -> None:
+    """Print what the motion will determine; a motion that is too poor for a fit may still be recorded."""
+    bodies = [payload.known] if payload else []
+    try:
+        sentences = expected_fit([plan], read_model(args.robot), bodies, speed=args.speed).sentences
+    except NotExcited as error:
+        warn([f"--check: {error}"])
+        return
+    for sentence in sentences:
+        print("\n".join(paragraph(sentence)), file=sys.stderr)
 
 
 def _advice(plan: Plan) -> str:

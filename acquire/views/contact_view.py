@@ -69,10 +69,10 @@ def _log_torques(stream: rr.RecordingStream, result: Contact, model: Model) -> N
         path = entity(EXTERNAL, name, "torque")
         log_lines(stream, path, ["external torque"], [COLORS[0]], time, torque[:, joint])
         if limits is not None:
-            both = np.stack([limits[:, joint], -limits[:, joint]], axis=1)
+            band = np.stack([limits[:, joint], -limits[:, joint]], axis=1)
             colors = [(*RED, FAINT)] * 2
             log_lines(
-                stream, entity(EXTERNAL, name, "threshold"), ["threshold", "- threshold"], colors, time, both
+                stream, entity(EXTERNAL, name, "threshold"), ["threshold", "- threshold"], colors, time, band
             )
 
 

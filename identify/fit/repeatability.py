@@ -114,7 +114,7 @@ def repeatability(
         gain: Drive gains that hold in each part, shape (n,).
         values: Base parameters from all runs, shape (b,); those of payloads hold in each part.
         used: The prepared runs, in the order of the equations.
-        recordings: Their recordings.
+        recordings: Recordings of these runs.
     """
     shared = _at_payloads(model, replace(equations, gain=gain, gain_tolerance=0.0), values)
     parts = run_parts(used, recordings, equations)

@@ -53,14 +53,14 @@ def run_parts(
     """Runs that last `SHORTEST` or longer; few runs are split into up to `PARTS` such parts."""
     begins, settings = _begins(recordings), _settings(recordings)
     parts = []
-    for run, own, begin, numbers in zip(used, equations.runs, begins, settings, strict=True):
+    for run, run_rows, begin, numbers in zip(used, equations.runs, begins, settings, strict=True):
         time = run.decimated_time
         for first, last in _split(len(time), equations.rate, len(used)):
             start, end = float(time[first]), float(time[last - 1])
             conditions = {name: (value,) for name, value in numbers.items()} | _measured(run, start, end)
             if begin is not None:
                 conditions[TIME] = ((begin + 0.5 * (start + end)) / 60,)
-            rows = slice(own.start + first, own.start + last)
+            rows = slice(run_rows.start + first, run_rows.start + last)
             parts.append(RunPart(Part(run.name, start, end, conditions), rows))
     return parts
 
