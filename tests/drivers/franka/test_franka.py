@@ -235,6 +235,7 @@ def test_a_quick_stop_brakes_within_the_limits_and_off_ends_the_motion_at_once()
 def test_closing_ends_the_motion():
     with controller() as (peer, driver):
         exchanged(driver, hold(driver))
+        peer.wait_for("motion started")
         driver.close()
         peer.wait_for("motion ended")
         assert not peer.printed("aborted")
