@@ -7,12 +7,12 @@ order gives the names usual in the field: YY, MZ and M of a link are regrouped i
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arm.motion import Motion
-from ..effects import Parameter
+from ..effects import Parameter, Prior
 from ..errors import RobotError
 from ..model import Model
 
@@ -81,6 +81,17 @@ class BaseParameters:
         std = np.array([prior.std for prior in model.priors])
         parts = np.where(self.regrouping != 0.0, std, 0.0) * self.regrouping
         return self.regrouping @ model.nominal_values, np.linalg.norm(parts, axis=1)
+
+    def applied_to(self, model: Model, values: np.ndarray) -> Model:
+        """The model with nominal values that give the base values (b,), so that gears carry the right load.
+
+        Standard parameters that are in no base parameter, or only regrouped, keep their nominal values.
+        """
+        nominal = model.nominal_values.copy()
+        nominal[self.kept] += values - self.regrouping @ nominal
+        priors = zip(model.names, nominal, model.priors, strict=True)
+        stated = {name: Prior(float(value), before.std) for name, value, before in priors}
+        return replace(model, stated={**model.stated, **stated})
 
     @property
     def without_effect(self) -> list[str]:

@@ -1,7 +1,7 @@
 """`Fit`: a model with the values identified from runs, and all warnings about them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,6 +60,8 @@ class Fit(FitMethods, InNotebook):
         warnings: Sentences about recordings and fit that the user should read.
         suspicions: Sentences about likely mistakes in the recordings.
         structure: Base parameters including the dropped ones; None if none was dropped.
+        whole: Estimate of all parameters of `structure`, before any was dropped; None if none was dropped, or
+            in files that predate the key.
         measures: Quantity that was recorded in the runs used, "current" or "torque".
         scores: Residuals of each run, for a fit that was read from a file and has no samples.
         noise: Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all
@@ -73,8 +75,9 @@ class Fit(FitMethods, InNotebook):
         edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
         exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
             None if there are none, or in files that predate the key.
-        gear_friction_bias: Bias of the values per friction over transmitted torque of each joint, shape
-            (b, n); None if unknown, see `gear_friction_bias.py`, or in files that predate the key.
+        gear_friction_bias: Bias of the values, before any was dropped, then of the gains, per friction over
+            transmitted torque of each joint, shape (b + n, n); None if unknown, see `gear_friction_bias.py`,
+            or in files that predate the key.
         repeatability: Agreement of the parameters between runs; None if it was not asked for.
     """
 
@@ -93,6 +96,7 @@ class Fit(FitMethods, InNotebook):
     warnings: tuple[str, ...] = ()
     suspicions: tuple[str, ...] = ()
     structure: BaseParameters | None = None
+    whole: Estimate | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()
     noise: np.ndarray | None = None
@@ -115,6 +119,22 @@ class Fit(FitMethods, InNotebook):
     def unscaled(self) -> bool:
         """Whether "torque" is actually current, because gains are neither stated nor estimated."""
         return self.gains_unstated and not np.any(self.estimate.gain_estimated)
+
+    @property
+    def undropped(self) -> "Fit":
+        """The fit before parameters were dropped; itself if none was, or in files that predate `whole`."""
+        if self.structure is None or self.whole is None:
+            return self
+        return replace(
+            self,
+            base=self.structure,
+            estimate=self.whole,
+            prior=self.structure.before(self.model),
+            dropped={},
+            structure=None,
+            whole=None,
+            exported=None,
+        )
 
     @property
     def names(self) -> list[str]:

@@ -106,6 +106,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
         "moved": [moved.name for moved in fit.moved],
+        "whole": None if fit.whole is None else _whole(fit.whole),
         "gap": [float(share) for share in fit.base.gap],
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
@@ -141,6 +142,39 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
             }
         )
     return tables
+
+
+def _whole(estimate: Estimate) -> dict[str, Any]:
+    """The estimate before parameters were dropped."""
+    return {
+        "values": _numbers(estimate.values),
+        "drive_gain": _numbers(estimate.gain),
+        "noise": _numbers(estimate.noise),
+        "covariance": _numbers(estimate.covariance),
+    }
+
+
+def _read_whole(file: FitFile) -> Estimate | None:
+    if file.whole is None:
+        return None
+    return Estimate(
+        method=file.method,
+        values=np.array(file.whole.values, float),
+        gain=np.array(file.whole.drive_gain, float),
+        covariance=np.array(file.whole.covariance, float),
+        noise=np.array(file.whole.noise, float),
+        nominal_gains=file.drive_gains_nominal,
+    )
+
+
+def _read_bias(file: FitFile) -> np.ndarray | None:
+    """Bias of values and gains; older files have it for torque only, whose gains have none."""
+    if file.gear_friction_bias is None:
+        return None
+    bias = np.array(file.gear_friction_bias, float)
+    joints = bias.shape[1]
+    older = len(bias) < len(file.whole.values if file.whole else file.kept) + joints
+    return np.concatenate([bias, np.zeros((joints, joints))]) if older else bias
 
 
 def _scores(agreement: Agreement) -> dict[str, Any]:
@@ -191,13 +225,14 @@ def _fit(file: FitFile, model: Model) -> Fit:
         warnings=file.doubts or () if file.warnings is None else file.warnings,
         suspicions=file.suspicions,
         structure=_base(parameters, rows, file.gap) if len(kept_rows) < len(rows) else None,
+        whole=_read_whole(file),
         # Older files do not have this key: all gains are 1 for torque, and hardly ever for currents.
         measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),
         scores=scores,
         noise=None if floor is None else np.array(floor, float),
         noise_source=source,
         standstill=None if file.standstill is None else np.array(file.standstill, float),
-        gear_friction_bias=None if file.gear_friction_bias is None else np.array(file.gear_friction_bias),
+        gear_friction_bias=_read_bias(file),
         carried=file.carried,
         edits=file.edits,
         simulations=file.simulations,

@@ -52,6 +52,15 @@ class BaseParameterRow(Struct, frozen=True, kw_only=True):
         return self.prior or self.believed
 
 
+class WholeEstimate(Struct, frozen=True, kw_only=True):
+    """The estimate before parameters were dropped: all base parameters, then gains; see `Fit.whole`."""
+
+    values: tuple[Number, ...]
+    drive_gain: tuple[Number, ...]
+    noise: tuple[SizeWritten, ...]
+    covariance: tuple[tuple[Number, ...], ...]
+
+
 class ScoresRow(Struct, frozen=True, kw_only=True):
     """Scores of one run, one number per joint; see `Scores`."""
 
@@ -91,6 +100,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     simulations: tuple[str, ...] = ()
     base_parameters: tuple[BaseParameterRow, ...]
     dropped: tuple[str, ...]
+    whole: WholeEstimate | None = None
     gap: tuple[Size, Size]
     covariance: tuple[tuple[Number, ...], ...]
     standard_parameters: tuple[Number, ...] | None
@@ -146,13 +156,29 @@ class FitFile(Struct, frozen=True, kw_only=True):
         check_length(self.covariance, "covariance", size, unknowns)
         check_rows(self.covariance, "covariance", size, unknowns)
         if self.gear_friction_bias is not None:
-            kept = "one per kept base parameter"
-            check_length(self.gear_friction_bias, "gear_friction_bias", len(self.kept), kept)
+            rows, older = len(self.kept if self.whole is None else self.base_parameters), len(self.kept)
+            size, expected = len(self.gear_friction_bias), "one per base parameter and joint"
+            check(size in (rows + joints, older), "gear_friction_bias", f"{size} entries", expected)
             for place, row in enumerate(self.gear_friction_bias):
                 check_length(row, f"gear_friction_bias[{place}]", joints, per_joint)
+        if self.whole is not None:
+            self._check_whole(self.whole, joints)
         exported = sum(row.exported is not None for row in self.kept)
         expected = "a value of every kept base parameter, or none"
         check(exported in (0, len(self.kept)), "exported", exported, expected)
+
+    def _check_whole(self, whole: WholeEstimate, joints: int) -> None:
+        parameters = len(self.base_parameters)
+        size, unknowns = parameters + joints, "the base parameters and the joints"
+        check(len(self.kept) < parameters, "whole", "an estimate", "null, since no parameter was dropped")
+        check_length(whole.values, "whole.values", parameters, "one per base parameter")
+        for name in ("drive_gain", "noise"):
+            check_length(getattr(whole, name), f"whole.{name}", joints, "one per joint, as drive_gain has")
+        for place, gain in enumerate(whole.drive_gain):
+            check(gain != 0.0, f"whole.drive_gain[{place}]", gain, "a number other than zero")
+        check_length(whole.covariance, "whole.covariance", size, unknowns)
+        check_rows(whole.covariance, "whole.covariance", size, unknowns)
+        check_covariance(whole.covariance, "whole.covariance")
 
 
 def check_with_model(file: FitFile, model: Model) -> None:

@@ -7,11 +7,15 @@ the motion of the fit's runs, and is several times the standard deviation of the
 what no base parameter absorbs. A payload that is identified with the fit needs it.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..effects.load_dependent_friction import LoadDependentFriction
 from ..model import Model
-from .equations import Equations
+from ..preparation.prepare import Prepared
+from .base_parameters import BaseParameters
+from .equations import Equations, decimated_regressor
 from .estimators import Estimate
 
 REVERSAL = 0.02
@@ -21,41 +25,42 @@ ROUNDING = 1e-8
 
 
 def gear_friction_bias(
-    model: Model, equations: Equations, estimate: Estimate, velocity: np.ndarray
+    model: Model, equations: Equations, estimate: Estimate, runs: Sequence[Prepared]
 ) -> np.ndarray | None:
-    """Bias of the values per friction over transmitted torque of each joint, shape (b, n).
+    """Bias of values, then gains, per friction over transmitted torque of each joint, shape (b + n, n).
 
     Args:
         model: Model of the fit.
         equations: Equations of its runs.
         estimate: Its values and gains.
-        velocity: Joint velocity at the rows, shape (r, n) [rad/s].
+        runs: Its runs.
 
     Returns:
-        The bias; None if the model has friction under load, motors drive several joints, or torque is from
-        currents. With estimated gains, the solution is not linear enough: intervals became too narrow.
+        The bias; None if the model has friction under load.
     """
     n = len(estimate.gain)
     has_friction = any(isinstance(effect, LoadDependentFriction) for effect in model.effects)
-    if has_friction or not equations.gain_known or not np.array_equal(model.robot.to_motors, np.eye(n)):
+    if has_friction:
         return None
-    residual = equations.current - equations.regressor @ estimate.values - equations.known
+    torque = equations.regressor @ estimate.values + equations.known
+    residual = estimate.gain * equations.current - torque
     weight = equations.weight / np.maximum(np.std(residual, axis=0), np.finfo(float).tiny)
-    friction = np.eye(n) * _friction(model, equations, estimate, velocity)[:, :, None]
-    return _solve(equations.regressor * weight[:, :, None], friction * weight[:, :, None])
+    friction = _friction(equations.base.applied_to(model, estimate.values), runs)
+    by_gain = -np.eye(n)[:, estimate.gain_estimated] * (torque / estimate.gain)[:, :, None]
+    jacobian = np.concatenate([equations.regressor, by_gain], axis=2)
+    bias = np.zeros((len(estimate.values) + n, n))
+    solved = np.append(np.full(len(estimate.values), True), estimate.gain_estimated)
+    bias[solved] = _solve(jacobian * weight[:, :, None], friction * weight[:, :, None])
+    return bias
 
 
-def _friction(model: Model, equations: Equations, estimate: Estimate, velocity: np.ndarray) -> np.ndarray:
-    """Friction torque per friction over transmitted torque, shape (r, n) [N m]."""
-    rubbing = {
-        column
-        for effect, columns in zip(model.effects, model.columns, strict=True)
-        if effect.greased or effect.guessed
-        for column in range(columns.start, columns.stop)
-    }
-    links = [k for k, column in enumerate(equations.base.kept) if int(column) not in rubbing]
-    load = equations.regressor[:, :, links] @ estimate.values[links] + equations.known
-    return np.asarray(np.abs(load) * np.tanh(velocity / REVERSAL))
+def _friction(model: Model, runs: Sequence[Prepared]) -> np.ndarray:
+    """Filtered friction torque per friction over transmitted torque, shape (r, n, n) [N m]."""
+    loaded = model + LoadDependentFriction(reversal=REVERSAL)
+    count, n = len(loaded.names), model.robot.dof
+    columns = np.arange(count - n, count)
+    base = BaseParameters(tuple(loaded.parameters), columns, np.eye(count)[columns], (0.0, 0.0))
+    return np.concatenate([decimated_regressor(loaded, base, run, run.motion)[0] for run in runs])
 
 
 def _solve(jacobian: np.ndarray, torque: np.ndarray) -> np.ndarray:

@@ -285,17 +285,17 @@ def _fit(
     filtering: Filtering,
 ) -> Fit:
     """Estimate, drop parameters that the data do not support, and estimate again."""
-    estimate, structure, dropped = estimator(equations), equations.base, {}
-    if drop and (weak := unsupported(estimate, priors_away_from_zero(structure, model))):
-        dropped = {structure.names[k]: float(estimate.values[k]) for k in weak}
+    whole, all_equations = estimator(equations), equations
+    estimate, structure, dropped = whole, equations.base, {}
+    if drop and (weak := unsupported(whole, priors_away_from_zero(structure, model))):
+        dropped = {structure.names[k]: float(whole.values[k]) for k in weak}
         equations = equations.without(weak)
-        estimate = as_uncertain(estimator(equations), estimate, weak)
+        estimate = as_uncertain(estimator(equations), whole, weak)
     base = equations.base
     agreements = tuple(
         agreement(run, estimate, equations.regressor[rows], equations.known[rows])
         for run, rows in zip(used, equations.runs, strict=True)
     )
-    velocity = np.concatenate([run.velocity for run in agreements])
     return Fit(
         model=model,
         base=base,
@@ -307,13 +307,14 @@ def _fit(
         prior=base.before(model),
         dropped=dropped,
         structure=structure if dropped else None,
+        whole=whole if dropped else None,
         measures=used[0].measures,
         noise=used[0].noise,
         noise_source=used[0].noise_source,
         standstill=np.max([run.standstill for run in used], axis=0),
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
         agreement=agreements,
-        gear_friction_bias=gear_friction_bias(model, equations, estimate, velocity),
+        gear_friction_bias=gear_friction_bias(model, all_equations, whole, used),
     )
 
 

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
-from ..effects import Prior
 from ..errors import FitError
 from ..fit.base_parameters import BaseParameters
 from ..fit.estimators.bayesian import prior
@@ -41,10 +40,6 @@ RULER = 0.002
 GAIN_CHANGES = 0.015
 """Standard deviation of the relative change of drive gains between a fit and a run [-]. The remanence of
 NdFeB magnets falls by 0.11 % per kelvin, so that 10 to 20 K between a cold and a warm arm are 1 to 2 %."""
-BIASED = 0.3
-"""Bias of a drive gain over the friction per transmitted torque that its fit lacked [-]. Such friction has
-the sign of the velocity, and the payload's torque is correlated with it by 0.1 to 0.3 in a run of half a
-minute to a minute."""
 ALIKE = 0.5
 """Correlation between the errors of two nominal gains, and of two links. Gains of one source share errors,
 such as a wrong torque constant or rms amperes for peak amperes: those published for a UR10e are 1 to 20 % too
@@ -66,14 +61,12 @@ class Known:
     counted: np.ndarray
 
 
-def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b + n,) and covariance (b + n, b + n) of base parameters and relative errors of gains.
 
     Args:
         fit: Fit of the arm.
         rows: Equations of the runs.
-        gear_friction: Friction per transmitted torque that the runs show and the fit lacks, shape (n,); the
-            gains are uncertain by a share of it.
 
     Raises:
         FitError: Drive gains are unknown.
@@ -100,7 +93,9 @@ def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.
     if len(new) and fit.gear_friction_bias is not None:
         # True minus fitted unknowns per friction that the fit lacked.
         towards = np.zeros((arm + n, n))
-        towards[places], towards[new, np.arange(n)] = -fit.gear_friction_bias, 1.0
+        bias = fit.gear_friction_bias[: len(places)]
+        towards[places], towards[new, np.arange(n)] = -bias, 1.0
+        towards[arm:] = fit.gear_friction_bias[len(places) :] / gains.gain[:, None]
         # From the second pass on, the nominal value is the estimate of the pass before; the fit, which the
         # other unknowns come from, is unbiased at zero friction.
         mean[new], covariance[new, new] = 0.0, 0.0
@@ -111,7 +106,6 @@ def known_from_fit(fit: Fit, rows: Rows, gear_friction: np.ndarray) -> tuple[np.
         relative = gains.gain_covariance / np.outer(scale, scale)
         if fit.estimate.nominal_gains:
             relative = alike(np.sqrt(np.diag(relative)))
-        relative = relative + alike(BIASED * np.abs(gear_friction))
         covariance += spread @ relative @ spread.T
         # The arm stays what it is while gains change, so that its torque shows the change.
         covariance[arm:, arm:] += alike(np.full(n, GAIN_CHANGES))
@@ -226,22 +220,3 @@ def _change(rows: Rows, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
     joint = np.argmax(np.mean(columns**2, axis=0), axis=0)
     least = OFFSET_CHANGES * level[joint] / np.maximum(rms, np.finfo(float).tiny)
     return np.maximum(FRICTION_CHANGES * np.abs(values[rows.changing]), least)
-
-
-def at_base_values(model: Model, base: BaseParameters, values: np.ndarray) -> Model:
-    """The model with nominal values that give base parameters (b,), so that gears carry the right load.
-
-    Standard parameters that are in no base parameter, or only regrouped, keep their nominal values.
-    """
-    nominal = model.nominal_values
-    missing = values - base.regrouping @ nominal
-    changed = nominal.copy()
-    changed[base.kept] += missing
-    priors = zip(model.names, changed, model.priors, strict=True)
-    return Model(
-        model.robot,
-        model.effects,
-        {**model.stated, **{name: Prior(float(value), old.std) for name, value, old in priors}},
-        model.bounded,
-        model.measurements,
-    )

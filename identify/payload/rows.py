@@ -47,14 +47,6 @@ class Rows:
         """Columns of the payload in the regressor."""
         return slice(self.arm, self.arm + len(INERTIAL))
 
-    def gear_friction(self, values: np.ndarray) -> np.ndarray:
-        """Friction per transmitted torque of each joint, shape (n,) [-].
-
-        `values` (k,) are all unknowns, and the model is that of a fit which lacks this friction.
-        """
-        names, joints = self.equations.names, range(self.equations.current.shape[1])
-        return np.array([values[names.index(f"mu{joint + 1}")] for joint in joints])
-
     @property
     def columns(self) -> np.ndarray:
         """Torque per unit of arm, payload and changes, shape (r, n, b + 10 + c) [N m / unit]."""

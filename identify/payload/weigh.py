@@ -23,7 +23,7 @@ from ..recordings.recording_checks import check
 from .body import MASS, Body
 from .estimate import Posterior, posterior
 from .intervals import consistent_body, intervals
-from .known import BARE, Known, StatedCenter, at_base_values, complete, known_from_description, known_from_fit
+from .known import BARE, Known, StatedCenter, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
 from .rows import TOOL, Rows, arm_base, has_gear_friction, rows_of, with_columns, with_tool
@@ -34,11 +34,11 @@ PASSES = 5
 SETTLED = 0.02
 """Relative change of the mass after which they are not formed again: friction under load is a tenth of it."""
 TOO_NARROW = (
-    "The 95 % intervals are too narrow: the fit has no friction under load and does not state the bias that "
-    "this causes; in simulation, 88 to 91 % of the values were inside. A run without the payload (--empty) "
-    "instead of the fit gives wider intervals."
+    "The 95 % intervals are too narrow: the fit is of an older version of exidyn, which does not state the "
+    "bias from friction under load; in simulation, 88 to 91 % of the values were inside. Identify the arm "
+    "again"
 )
-"""Warning for fits of currents, and for files without `gear_friction_bias`."""
+"""Warning for files without `gear_friction_bias`."""
 
 
 def weigh(
@@ -73,6 +73,8 @@ def weigh(
     """
     if not runs:
         raise RecordingError("no run with the payload; give at least one")
+    if fit is not None:
+        fit = fit.undropped  # the run with the payload may show what those of the fit did not
     with threadpool_limits(limits=1):  # see `identify`
         return _weigh(runs, fit, empty, model, com, filtering, as_recorded, progress)
 
@@ -156,13 +158,12 @@ def _estimated(
 ) -> tuple[Rows, Posterior, Known]:
     """Equations, estimate and prior, with gear loads that include the payload."""
     described, mass = None, 1.0  # a guess of the mass for the first pass
-    gear_friction = np.zeros(model.robot.dof)
     arm_size = len(base.kept) - len(INERTIAL)
     counted = [] if fit else np.flatnonzero(np.isfinite(base.before(model)[1][:arm_size])).tolist()
     for number in range(PASSES):
         rows = rows_of(model, base, prepared)
         if fit is not None:
-            arm = known_from_fit(fit, rows, gear_friction)
+            arm = known_from_fit(fit, rows)
         elif described is None:  # later, nominal values are those of the last pass
             arm = described = known_from_description(model, rows)
         values = arm[0][: rows.arm]
@@ -172,12 +173,10 @@ def _estimated(
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:
             raise NotExcited("the motion does not show the payload; move all joints, farther") from error
-        if fit is not None and not has_gear_friction(fit.model):
-            gear_friction = rows.gear_friction(result.values)
         before, mass = mass, abs(float(result.payload[MASS]))
         if number > 0 and abs(mass - before) < SETTLED * mass:
             break
-        model = at_base_values(model, base, result.values[: rows.payload.stop])
+        model = base.applied_to(model, result.values[: rows.payload.stop])
     return rows, result, known
 
 

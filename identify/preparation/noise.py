@@ -43,6 +43,30 @@ def spectrum(covariance: np.ndarray, count: int) -> np.ndarray:
     return np.fft.fft(sequence, axis=0)
 
 
+PARZEN = 0.539
+"""Variance of a density at one frequency, over its square and over lags per row, for Parzen's window
+(Priestley 1981, table 6.1)."""
+
+
+def shrunk(covariance: np.ndarray, rows: float) -> np.ndarray:
+    r"""Autocovariances (lags + 1, n, n) from a number of rows, with their chance correlations reduced.
+
+    Independent signals of finite length seem correlated. The variance of each cross spectrum,
+    :math:`v\,S_{ii} S_{jj}` with v = `PARZEN` * lags / rows, adds up over the pairs of seven joints: the
+    combinations with least noise then seem up to 40 % less noisy than they are. All cross covariances are
+    multiplied by the factor with the least mean squared error, as Ledoit and Wolf (2004) do for covariances.
+    """
+    lags, n = len(covariance) - 1, covariance.shape[1]
+    size = np.sqrt(np.maximum(np.diagonal(covariance[0]), np.finfo(float).tiny))
+    density = spectrum(covariance / np.outer(size, size), 1)
+    power = np.diagonal(density, axis1=1, axis2=2).real
+    between = ~np.eye(n, dtype=bool)
+    chance = PARZEN * lags / rows * np.sum((power.T @ power)[between])
+    seen = np.sum(np.abs(density[:, between]) ** 2)
+    kept = max(0.0, 1.0 - chance / seen) if seen > 0.0 else 0.0
+    return covariance * np.where(between, kept, 1.0)
+
+
 def noise_at_rest(
     current: np.ndarray, still: np.ndarray, decimation: Decimation, shortest: float = 0.25
 ) -> np.ndarray:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...preparation.noise import autocovariance, spectrum
+from ...preparation.noise import autocovariance, shrunk, spectrum
 from ..equations import Equations
 from .block_scatter import between_blocks, blocks, inverse_root, longer_by
 
@@ -41,7 +41,8 @@ def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
     pieces = [residual[run] for run in equations.runs]
     weights = [equations.weight[run] for run in equations.runs]
     lags = max(4, int(MEMORY * equations.rate))
-    return autocovariance(pieces, weights, lags)
+    rows = float(np.mean(equations.weight.sum(axis=0)))
+    return shrunk(autocovariance(pieces, weights, lags), max(rows, 1.0))
 
 
 class Spread(NamedTuple):

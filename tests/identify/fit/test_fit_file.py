@@ -48,7 +48,31 @@ def test_everything_but_the_samples_reads_back(path):
     assert after.structure.expressions == before.structure.expressions
     assert np.array_equal(after.structure.kept, before.structure.kept)
     assert after.model.priors == before.model.priors
+    for name in ("values", "gain", "covariance", "noise"):
+        assert np.array_equal(getattr(after.whole, name), getattr(before.whole, name))
     assert (after.agreement, after.validation) == ((), ())
+
+
+def test_a_fit_has_all_parameters_from_before_some_were_dropped(path):
+    all_kept = plain_fit()
+    assert all_kept.undropped is all_kept
+    for whole in (fit().undropped, read_fit(path).undropped):
+        assert whole.names == list(fit().structure.names)
+        assert dict(zip(whole.names, whole.estimate.values, strict=True)).items() >= fit().dropped.items()
+        assert len(whole.prior[0]) == len(whole.names)
+        assert (whole.dropped, whole.undropped) == ({}, whole)
+
+
+def test_a_damaged_estimate_from_before_parameters_were_dropped_is_refused(path):
+    table = json.loads(path.read_text())
+    for key, damage in {
+        "values": lambda v: v[1:],
+        "covariance": lambda v: v[1:],
+        "drive_gain": lambda v: [0.0, 1.0],
+    }.items():
+        path.write_text(json.dumps(table | {"whole": table["whole"] | {key: damage(table["whole"][key])}}))
+        with pytest.raises(NotAFile, match=f"whole.{key}"):
+            read_fit(path)
 
 
 def test_older_names_of_prior_and_warnings_are_read(path):
