@@ -11,6 +11,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 import numpy as np
 from common import Kept, parser, save, show
 from parts.payload.arms import ARMS
+from parts.payload.example import example_cases
 from parts.payload.real import real_cases
 from parts.payload.simulated import FIT, WAYS, Case, of_case
 
@@ -49,7 +50,8 @@ def main() -> None:
     kept = Kept(given.resume / f"payload{'-quick' * given.quick}.jsonl" if given.resume else None)
     wanted = cases(given.quick)
     scores = simulated(kept, wanted)
-    real = {name: kept.of(name, make) for name, make in real_cases(given.quick).items()}
+    makers = real_cases(given.quick) | ({} if given.quick else example_cases())
+    real = {name: kept.of(name, make) for name, make in makers.items()}
     figures = summary(wanted, scores) | {"real": real}
     tables(wanted, scores, real)
     save(given.json, figures)
@@ -81,7 +83,7 @@ def summary(wanted: list[Case], scores: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def tables(wanted: list[Case], scores: list[dict[str, Any]], real: dict[str, Any]) -> None:
-    """Print one row for each arm and way, and one for each real payload."""
+    """Print one row for each arm and way, and one for each real payload and that of the example."""
     rows = []
     for arm in dict.fromkeys(case.arm.name for case in wanted):
         own = [score for case, score in zip(wanted, scores, strict=True) if case.arm.name == arm]
@@ -97,7 +99,11 @@ def tables(wanted: list[Case], scores: list[dict[str, Any]], real: dict[str, Any
         [name, one["true"], one["found"], one["low"], one["high"], one["error_percent"], str(one["holds"])]
         for name, one in real.items()
     ]
-    show("real payloads", ["", "true [kg]", "found", "low", "high", "error %", "held"], listed)
+    show(
+        "real payloads, and that of exidyn example",
+        ["", "true [kg]", "found", "low", "high", "error %", "held"],
+        listed,
+    )
 
 
 if __name__ == "__main__":
