@@ -1,6 +1,9 @@
 """Repeatability in words and a table: which parameters agree between runs, and what the others follow."""
 
+import numpy as np
+
 from ..document.document import Block, Number, Paragraph, Row, Section, Statements, Table
+from ..fit.fit_warnings import OPEN
 from ..fit.repeatability import FEWEST, Repeatability, Repeated
 from ..fit.run_parts import SHORTEST, SPEED, TEMPERATURE, TIME
 from ..text_table import NORMAL_95, digits, percent
@@ -34,15 +37,26 @@ def _sentence(repeatability: Repeatability) -> str:
     runs = len({part.run for part in parts})
     split = f"{runs} runs" if runs == len(parts) else f"{len(parts)} parts of {runs} run{'s' * (runs > 1)}"
     differing = len(repeatability.differing)
+    known = sum(_determined(parameter) for parameter in repeatability.parameters)
+    seen = (
+        f"A part alone determines {known} of the {count} to {OPEN:g} % or better; of the others, only larger "
+        "differences would be seen."
+    )
     if not differing:
         return (
             f"All {count} base parameters agree between {split}, each fitted alone: they scatter as their "
-            "intervals say."
+            f"intervals say. {seen}"
         )
     return (
         f"{count - differing} of {count} base parameters agree between {split}, each fitted alone; "
-        f"{differing} scatter{'s' * (differing == 1)} more than their intervals say."
+        f"{differing} scatter{'s' * (differing == 1)} more than their intervals say. {seen}"
     )
+
+
+def _determined(parameter: Repeated) -> bool:
+    """Whether the median standard deviation of the parts is below `OPEN` percent of the mean."""
+    std = [value for value in parameter.std if value is not None]
+    return bool(100 * np.median(std) <= OPEN * abs(parameter.mean))
 
 
 def _row(parameter: Repeated, repeatability: Repeatability) -> Row:
