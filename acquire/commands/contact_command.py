@@ -38,6 +38,7 @@ usual hour between false alarms on, the extrapolation is short."""
     (
         "exidyn contact run.mcap --fit exidyn-fit/fit.json --free other.mcap",
         "exidyn contact run.mcap --fit exidyn-fit/fit.json -o external.csv",
+        "exidyn contact run.mcap --fit exidyn-fit/fit.json --free other.mcap -o contact.mcap",
     ),
     (
         Option("run RUN", "recording (.mcap), or table (.csv)", Path),
@@ -48,7 +49,11 @@ usual hour between false alarms on, the extrapolation is short."""
         Option(
             "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
         ),
-        output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
+        output_option(
+            "FILE",
+            meaning="write external torques and flange force as a table (.csv), or into a copy of the "
+            "recording (.mcap)",
+        ),
         JSON,
         Option("--view", "show torques, and the force on the moving arm, in Rerun's viewer"),
         Option("--save FILE", "save that view as a file (.rrd)", Path),
@@ -63,8 +68,8 @@ def contact_command(args: Namespace) -> None:
     if args.save:
         require_file(args.save, "--save", [args.run, args.fit, *args.free])
     if args.output is not None:
-        if args.output.suffix != ".csv":
-            raise RecordingError(f"--output {args.output}: the name must end in .csv")
+        if args.output.suffix not in (".csv", ".mcap"):
+            raise RecordingError(f"--output {args.output}: the name must end in .csv or .mcap")
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
@@ -73,7 +78,9 @@ def contact_command(args: Namespace) -> None:
         raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
     result = contact(fit, run, free, args.payload, args.alarms_per_hour, args.bandwidth)
-    if args.output is not None:
+    if args.output is not None and args.output.suffix == ".mcap":
+        result.save(args.output, args.run)
+    elif args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]
     hand_over("\n".join(_page(fit, result)), json_text(_table(fit, result, written)), args.json)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,12 +18,16 @@ from .observer import AHEAD, Estimates, Observer
 from .threshold import Threshold
 from .wrench import flange_wrenches
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 @dataclass(frozen=True, eq=False)
 class Contact:
     """External torques along a run, and what they say about contact.
 
     Attributes:
+        fit: The fit.
         run: Name of the run.
         estimates: External torques.
         wrench: Force and moment on the flange in the axes of the base, shape (t, 6) [N, N m].
@@ -30,11 +35,30 @@ class Contact:
         alarms: Contacts; empty without a threshold.
     """
 
+    fit: Fit
     run: str
     estimates: Estimates
     wrench: np.ndarray
     threshold: Threshold | None
     alarms: tuple[Alarm, ...]
+
+    def save(self, path: "Path | str", recording: "Path | str") -> "Path":
+        """Write a copy of the run's recording that also has the external torques; return its path.
+
+        The copy has all that was recorded, unchanged, and the topics /external_torque, /contact_from and
+        /flange_force. Contacts are events.
+
+        Args:
+            path: Path of the copy (.mcap).
+            recording: Path of the recording (.mcap).
+
+        Raises:
+            NotAFile: `recording` is not a recording of exidyn.
+            RecordingError: It is another run, is damaged, or already has external torques.
+        """
+        from .contact_file import write_contact
+
+        return write_contact(self, recording, path)
 
 
 def contact(
@@ -70,7 +94,7 @@ def contact(
         collected.add(estimates)
         alarms = tuple(collected.all)
     wrench = wrenches(fit, estimates, threshold)
-    return Contact(run.name, estimates, wrench, threshold, alarms)
+    return Contact(fit, run.name, estimates, wrench, threshold, alarms)
 
 
 def free_threshold(

@@ -82,7 +82,7 @@ def _streams(recording: Recording, epoch: int) -> list[Stream]:
     for topic, time, messages in content:
         _require_times(recording, topic, time, epoch)
         published = nanoseconds(time) + epoch
-        streams.append(Stream(topic, published, _host_clock(recording, published, epoch), messages))
+        streams.append(Stream(topic, published, host_clock(recording, published, epoch), messages))
     return streams
 
 
@@ -100,7 +100,7 @@ def _require_times(recording: Recording, topic: Topic, time: np.ndarray, epoch: 
             )
 
 
-def _host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:
+def host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray:
     """Host clock at controller times [ns]: exact at position samples, interpolated between them."""
     if recording.host_time is None or not len(recording.host_time):
         return time

@@ -1,16 +1,12 @@
 """Recovery of a complete file, with the index that viewers need, from the remains of a crash or bad copy."""
 
 import json
-import os
-from array import array
 from dataclasses import dataclass
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
-
 from ...errors import NotAFile, RecordingError
+from .mcap_copy import write_copy
 from .mcap_records import Contents, read_contents
-from .mcap_writer import CHUNK
 
 
 @dataclass(frozen=True)
@@ -50,14 +46,11 @@ def recover(source: Path, target: Path) -> Recovered:
     lost = (*contents.lost, *_losses(contents))
     if not contents.metadata and not contents.chunks:
         raise NotAFile(f"{source}: there is nothing in it to rescue; {'; '.join(lost)}")
-    part = target.with_name(target.name + ".rescue")
-    with open(part, "wb") as file:
-        writer = Writer(file, chunk_size=CHUNK, compression=CompressionType.LZ4)
-        writer.start(profile="ros2", library="exidyn")
-        _explain(contents, writer, source, lost)
-        times = _repeat(contents, writer)
-        writer.finish()
-    os.replace(part, target)
+    metadata = {
+        name: _with_warning(record, source, lost) if name == "exidyn" else record
+        for name, record in contents.metadata.items()
+    }
+    times = write_copy(contents, target, metadata)
     return Recovered(len(times), min(times, default=0), max(times, default=0), lost)
 
 
@@ -74,19 +67,6 @@ def _losses(contents: Contents) -> list[str]:
     return losses
 
 
-def _explain(contents: Contents, writer: Writer, source: Path, lost: tuple[str, ...]) -> None:
-    for name, record in contents.metadata.items():
-        writer.add_metadata(name, _with_warning(record, source, lost) if name == "exidyn" else record)
-    for attachment in contents.attachments.values():
-        writer.add_attachment(
-            attachment.create_time,
-            attachment.log_time,
-            attachment.name,
-            attachment.media_type,
-            attachment.data,
-        )
-
-
 def _with_warning(record: dict[str, str], source: Path, lost: tuple[str, ...]) -> dict[str, str]:
     """Description of a recording, with a warning if something is missing."""
     warning = f"recovered from {source.name}, without {'; '.join(lost)}" if lost else ""
@@ -95,24 +75,3 @@ def _with_warning(record: dict[str, str], source: Path, lost: tuple[str, ...]) -
     except ValueError:
         warnings = []
     return record | {"warnings": json.dumps([*warnings, warning] if warning else warnings)}
-
-
-def _repeat(contents: Contents, writer: Writer) -> array:
-    """Write all messages unchanged and in order, with new channel numbers; return their log times [ns]."""
-    schemas = {0: 0}
-    for number, schema in contents.schemas.items():
-        schemas[number] = writer.register_schema(schema.name, schema.encoding, schema.data)
-    channels = {
-        number: writer.register_channel(
-            channel.topic, channel.message_encoding, schemas[channel.schema_id], channel.metadata
-        )
-        for number, channel in contents.channels.items()
-        if channel.schema_id in schemas
-    }
-    times = array("Q")
-    for message in contents.messages_in_order():
-        if message.channel_id in channels:
-            number, logged = channels[message.channel_id], message.log_time
-            writer.add_message(number, logged, message.data, message.publish_time, message.sequence)
-            times.append(logged)
-    return times
