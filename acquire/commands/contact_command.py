@@ -1,14 +1,13 @@
 """exidyn contact: external torques and contacts along a recording."""
 
 from argparse import Namespace
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from exidyn.identification.contact.alarms import Alarm
-from exidyn.identification.contact.contact import Contact, contact
+from exidyn.identification.contact.contact import Contact, contact, torque_unit
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
@@ -91,8 +90,7 @@ def contact_command(args: Namespace) -> None:
         from ..views.live_view import Targets
         from ..views.viewers import show
 
-        shown = replace(result, wrench=np.full_like(result.wrench, np.nan)) if fit.unscaled else result
-        show(contact_view(shown, fit.model, _unit(fit)), Targets(view=args.view, save=args.save))
+        show(contact_view(result, torque_unit(fit)), Targets(view=args.view, save=args.save))
         if args.save:
             print_written(args.save)
 
@@ -104,7 +102,14 @@ def _page(fit: Fit, result: Contact) -> list[str]:
         return [*_torques(fit, result), "", *force]
     lines = paragraph(_words(result))
     if result.alarms:
-        head = ["from [s]", "to [s]", "joint", f"torque [{_unit(fit)}]", "times threshold", "force x y z [N]"]
+        head = [
+            "from [s]",
+            "to [s]",
+            "joint",
+            f"torque [{torque_unit(fit)}]",
+            "times threshold",
+            "force x y z [N]",
+        ]
         rows = [_row(fit, alarm) for alarm in result.alarms]
         lines += ["", *table(head, rows, left=(2, 5)), ""]
         lines += paragraph("torque, force: of the joint and on the flange, at the peak of the contact.")
@@ -127,14 +132,9 @@ def _torques(fit: Fit, result: Contact) -> list[str]:
     rows = [[joint, digits(lowest[j], 3), digits(highest[j], 3)] for j, joint in enumerate(joints)]
     sentence = (
         f"{result.run}: no threshold, so contacts are not counted: state runs without contact with --free. "
-        f"External torque [{_unit(fit)}]:"
+        f"External torque [{torque_unit(fit)}]:"
     )
     return [*paragraph(sentence), *table(["joint", "lowest", "highest"], rows, left=(0,))]
-
-
-def _unit(fit: Fit) -> str:
-    """Unit of the joint torques, of all kinds of joints."""
-    return "A" if fit.unscaled else "/".join(dict.fromkeys(fit.model.robot.units("N m")))
 
 
 def _words(result: Contact) -> str:

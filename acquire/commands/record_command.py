@@ -59,7 +59,7 @@ from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
-from ..views.live_view import LOCAL, PORT, Targets, require_showable, start_view
+from ..views.live_view import VIEW, Targets, require_showable, start_view
 
 MOTION = (
     SPEED,
@@ -71,15 +71,6 @@ MOTION = (
     Option("--dry-run", "only rehearse on the mock, and record the rehearsal"),
     Option("--no-rehearsal", "do not rehearse on the mock first"),
     CHECK,
-)
-VIEW = (
-    Option("--view", "show the run in Rerun's viewer"),
-    Option(
-        "--serve [ADDRESS:PORT]",
-        f"serve the view to browsers; default: {LOCAL}:{PORT}, this machine only",
-        alone=f"{LOCAL}:{PORT}",
-    ),
-    Option("--save FILE", "save the view as a file (.rrd)", Path),
 )
 
 

@@ -26,15 +26,17 @@ from ..arguments.options import (
     FREE,
     JSON,
     payload_name,
+    require_apart,
     robot_option,
 )
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
 from ..run.stopping.stop import StopRequests
 from ..terminal.joint_units import JointUnits
-from ..terminal.json_output import SCREEN
+from ..terminal.json_output import SCREEN, print_written
 from ..terminal.run_summary import confirm_reading
 from ..terminal.watch_text import Redraw, json_line, line, table_lines
+from ..views.live_view import CONTACT_PROCESS, VIEW, Targets, require_showable, start_view
 
 if TYPE_CHECKING:
     from ..fleet.analysis import ResidualAlarm
@@ -53,6 +55,7 @@ STEP = 0.05
         "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
         "exidyn watch --controller cell.toml --seconds 10 --json -  # one line of JSON per reading",
         "exidyn watch --controller cell.toml --contact fit.json --free free.mcap  # external torques",
+        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap --view",
     ),
     (
         robot_option("for degrees and limits; without it radians"),
@@ -77,15 +80,19 @@ STEP = 0.05
                 Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
             ),
         ),
+        Group("live view of the external torques (with --contact)", VIEW),
         JSON,
     ),
 )
 def watch_command(args: Namespace) -> None:
     """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
     with ExitStack() as stack:
+        targets = _targets(args)
         alarm, contact = _alarm(args, stack), _contact(args)
         driver, units = _driver(args, alarm, contact)
         confirm_reading(driver.risk_of_reading)
+        if contact is not None and targets.any:
+            contact.show([stack.enter_context(view) for view in start_view(targets, CONTACT_PROCESS)])
         requests = stack.enter_context(StopRequests())
         stack.callback(driver.close)
         info = driver.open_to_read()
@@ -99,6 +106,22 @@ def watch_command(args: Namespace) -> None:
         listener = stack.enter_context(Listener(driver))
         monitors = [monitor for monitor in (alarm, contact) if monitor is not None]
         _show(args, _readings(args, listener, requests), units, info, file, monitors)
+    if args.save is not None:
+        print_written(args.save)
+
+
+def _targets(args: Namespace) -> Targets:
+    """Targets of the live view, checked before any work is done."""
+    targets = Targets(args.view, args.serve, args.save)
+    if targets.any and args.contact is None:
+        raise BadSettings(
+            "--view, --serve and --save show external torques; name the fit with --contact. "
+            "exidyn record shows a run that it records"
+        )
+    require_showable(targets)
+    if args.save is not None:
+        require_apart(args.save, "--save", [args.contact, *args.free])
+    return targets
 
 
 def _contact(args: Namespace) -> "LiveContact | None":

@@ -1,5 +1,8 @@
 """View of contact: external torques with their thresholds, and the arm with the force on its flange."""
 
+from collections.abc import Callable
+from typing import Literal
+
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
@@ -8,6 +11,7 @@ from exidyn.identification.arm.newton_euler import flange_position
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.model import Model
 
+from ..run.contact_frames import ContactRows
 from .parts import (
     ARM,
     COLORS,
@@ -21,75 +25,118 @@ from .parts import (
     entity,
     event_list,
     log_event,
-    log_lines,
     plot,
     reach,
     screen,
+    send,
+    style_lines,
 )
 from .viewers import View
 
 EXTERNAL, FORCE, EVENTS = "external torque", "force", "contacts"
-"""Parts of entity paths: torques by joint, the arrow at the flange, and the list of contacts."""
+"""Parts of entity paths: torques by joint, the force and its arrow at the flange, and the contacts."""
 LONGEST = 0.5
 """Length of the arrow of the largest force, over the reach of the arm [-]."""
+LEAST = 0.1
+"""Force that has an arrow of this length while no larger one was seen, over the weight of the arm [-]."""
+GRAVITY = 9.81
+"""Acceleration of gravity [m/s^2]."""
 
 
-def contact_view(result: Contact, model: Model, unit: str) -> View:
+def contact_view(result: Contact, unit: str) -> View:
     """A view of external torques along a run; `unit` is that of the torques."""
+    model, estimates = result.fit.model, result.estimates
 
     def log(stream: rr.RecordingStream) -> None:
-        _log_torques(stream, result, model)
-        known = np.flatnonzero(np.all(np.isfinite(result.estimates.position), axis=1))
-        rows = known[:: _stride(result.estimates.time[known])]
-        Arm(stream, model).move(result.estimates.time[rows], result.estimates.position[rows])
-        _log_force(stream, result, model, rows)
+        limit = np.full_like(estimates.torque, np.nan)
+        if result.threshold is not None:
+            limit = result.threshold.torque(estimates)
+        rows = estimates.time, estimates.torque, limit, estimates.position, result.wrench[:, :3]
+        ContactLog(stream, model).add(ContactRows(*rows))
         for alarm in result.alarms:
             joint = model.robot.joints[alarm.joint]
             log_event(stream, [EVENTS], alarm.start, "contact", f"{joint}, until {alarm.end:.2f} s")
 
+    has_force, has_events = not result.fit.unscaled, bool(result.alarms)
+    return View("contact", log, contact_layout(model, unit, has_force, has_events))
+
+
+def contact_layout(
+    model: Model,
+    unit: str,
+    has_force: bool,
+    has_events: bool,
+    make_plot: Callable[..., rrb.TimeSeriesView] = plot,
+    play_state: Literal["paused", "following"] = "paused",
+) -> rrb.Blueprint:
+    """Plots of the torques and of the force on the left, the arm and the contacts on the right."""
     plots = [
-        plot(entity(EXTERNAL, joint), f"{joint}: external torque [{unit}]", legend=not place)
+        make_plot(entity(EXTERNAL, joint), f"{joint}: external torque [{unit}]", legend=not place)
         for place, joint in enumerate(model.robot.joints)
     ]
-    arm = arm_view(model, title="arm, and force on the flange")
-    beside = rrb.Vertical(arm, event_list(EVENTS), row_shares=[3, 1]) if result.alarms else arm
-    return View("contact", log, screen(rrb.Horizontal(rrb.Grid(*plots, grid_columns=2), beside)))
+    if has_force:
+        plots.append(
+            make_plot(entity(FORCE), "force on the flange, in the axes of the base [N]", legend=True)
+        )
+    arm = arm_view(model, title="arm, and force on the flange" if has_force else "arm")
+    beside = rrb.Vertical(arm, event_list(EVENTS), row_shares=[3, 1]) if has_events else arm
+    return screen(rrb.Horizontal(rrb.Grid(*plots, grid_columns=2), beside), play_state)
 
 
-def _stride(time: np.ndarray) -> int:
-    """Number of samples from one frame of the arm to the next."""
-    return max(1, round(len(time) / (FRAMES * max(time[-1] - time[0], 1e-9)))) if len(time) else 1
+class ContactLog:
+    """Logs external torques, the moving arm and the force on its flange, in pieces of any length.
+
+    Args:
+        stream: Stream of the view.
+        model: Model of the arm.
+        largest: Force whose arrow has the length `LONGEST` until a larger one comes [N].
+    """
+
+    def __init__(self, stream: rr.RecordingStream, model: Model, largest: float = 0.0) -> None:
+        self._stream, self._model, self._largest = stream, model, largest
+        self._arm, self._data = Arm(stream, model), model.robot.kinematics.createData()
+        self._frame = -np.inf
+        for name in model.robot.joints:
+            style_lines(stream, entity(EXTERNAL, name, "torque"), ["external torque"], [COLORS[0]])
+            names, faint = ["threshold", "- threshold"], [(*RED, FAINT)] * 2
+            style_lines(stream, entity(EXTERNAL, name, "threshold"), names, faint)
+        style_lines(stream, entity(FORCE), ["x", "y", "z"], COLORS[:3])
+        stream.log(entity(ARM, FORCE), rr.CoordinateFrame(base_frame(model)), static=True)
+        stream.log(entity(ARM, FORCE), rr.Arrows3D.from_fields(colors=RED), static=True)
+
+    def add(self, rows: ContactRows) -> None:
+        """Log further rows, in the order of time."""
+        for joint, name in enumerate(self._model.robot.joints):
+            send(self._stream, entity(EXTERNAL, name, "torque"), rows.time, rows.torque[:, joint])
+            limit = rows.limit[:, joint]
+            if np.any(np.isfinite(limit)):
+                band = np.stack([limit, -limit], axis=1)
+                send(self._stream, entity(EXTERNAL, name, "threshold"), rows.time, band)
+        frame = np.floor(rows.time * FRAMES)
+        drawn = (np.diff(frame, prepend=self._frame) != 0.0) & np.all(np.isfinite(rows.position), axis=1)
+        self._frame = frame[-1]
+        if np.any(drawn):
+            self._arm.move(rows.time[drawn], rows.position[drawn])
+        known = np.all(np.isfinite(rows.force), axis=1)
+        if np.any(known):
+            send(self._stream, entity(FORCE), rows.time, rows.force)
+            self._draw_arrows(ContactRows(*(part[known & drawn] for part in rows)))
+
+    def _draw_arrows(self, rows: ContactRows) -> None:
+        """An arrow at the flange for each row; the largest force so far has the length `LONGEST`."""
+        if not len(rows.time):
+            return
+        robot = self._model.robot
+        origins = np.array(
+            [flange_position(robot.kinematics, robot.flange, row, self._data) for row in rows.position]
+        )
+        self._largest = max(self._largest, float(np.max(np.linalg.norm(rows.force, axis=1))))
+        vectors = rows.force * LONGEST * reach(self._model) / (self._largest or 1.0)
+        columns = rr.Arrows3D.columns(origins=origins, vectors=vectors)
+        index = rr.TimeColumn(TIMELINE, duration=rows.time)
+        self._stream.send_columns(entity(ARM, FORCE), indexes=[index], columns=columns)
 
 
-def _log_torques(stream: rr.RecordingStream, result: Contact, model: Model) -> None:
-    """Torque of each joint, between the two lines beyond which it counts as contact."""
-    time, torque = result.estimates.time, result.estimates.torque
-    limits = None if result.threshold is None else result.threshold.torque(result.estimates)
-    for joint, name in enumerate(model.robot.joints):
-        path = entity(EXTERNAL, name, "torque")
-        log_lines(stream, path, ["external torque"], [COLORS[0]], time, torque[:, joint])
-        if limits is not None:
-            band = np.stack([limits[:, joint], -limits[:, joint]], axis=1)
-            colors = [(*RED, FAINT)] * 2
-            log_lines(
-                stream, entity(EXTERNAL, name, "threshold"), ["threshold", "- threshold"], colors, time, band
-            )
-
-
-def _log_force(stream: rr.RecordingStream, result: Contact, model: Model, rows: np.ndarray) -> None:
-    """An arrow at the flange; the largest force has the length `LONGEST`."""
-    force = result.wrench[:, :3]
-    rows = rows[np.all(np.isfinite(force[rows]), axis=1)]
-    if not len(rows):
-        return
-    robot, data = model.robot, model.robot.kinematics.createData()
-    position = result.estimates.position
-    origins = np.array([flange_position(robot.kinematics, robot.flange, position[row], data) for row in rows])
-    largest = float(np.max(np.linalg.norm(force[rows], axis=1))) or 1.0
-    path = entity(ARM, FORCE)
-    stream.log(path, rr.CoordinateFrame(base_frame(model)), static=True)
-    stream.log(path, rr.Arrows3D.from_fields(colors=RED), static=True)
-    vectors = force[rows] * LONGEST * reach(model) / largest
-    columns = rr.Arrows3D.columns(origins=origins, vectors=vectors)
-    index = rr.TimeColumn(TIMELINE, duration=result.estimates.time[rows])
-    stream.send_columns(path, indexes=[index], columns=columns)
+def weight(model: Model) -> float:
+    """Weight of the links by their nominal masses [N]."""
+    return GRAVITY * float(sum(link.mass for link in model.robot.kinematics.inertias))

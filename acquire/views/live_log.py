@@ -170,19 +170,20 @@ def _layout(model: Model, effort: str, delay: float) -> rrb.Blueprint:
     torque = "/".join(dict.fromkeys(model.robot.units("N m")))
     age = f"{1e3 * delay:.0f} ms old"
     plots = rrb.Grid(
-        _plot("position", f"position, commanded in gray [{angle}]"),
-        _plot("tracking_error", f"tracking error [{small}]", legend=True),
-        _plot("velocity", f"velocity, {age} [{angle}/s]"),
-        _plot(effort, f"{effort} [{'A' if effort == 'current' else torque}]"),
-        _plot("residual", f"residual torque, {age} [{torque}]"),
-        _plot("lateness", "lateness of cycles [ms]", legend=True),
+        live_plot("position", f"position, commanded in gray [{angle}]"),
+        live_plot("tracking_error", f"tracking error [{small}]", legend=True),
+        live_plot("velocity", f"velocity, {age} [{angle}/s]"),
+        live_plot(effort, f"{effort} [{'A' if effort == 'current' else torque}]"),
+        live_plot("residual", f"residual torque, {age} [{torque}]"),
+        live_plot("lateness", "lateness of cycles [ms]", legend=True),
         grid_columns=2,
     )
     beside = rrb.Vertical(arm_view(model), event_list("events"), row_shares=[3, 2])
     return screen(rrb.Horizontal(plots, beside, column_shares=[5, 3]), "following")
 
 
-def _plot(origin: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
+def live_plot(origin: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
+    """A plot of the last `SHOWN` seconds; see `plot`."""
     past = rr.VisibleTimeRange(
         TIMELINE,
         start=rr.TimeRangeBoundary.cursor_relative(seconds=-SHOWN),

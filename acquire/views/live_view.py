@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import quote, urlsplit
 
+from ..arguments.command import Option
 from ..run.errors import RunError
 from ..run.pipe import PipeSink
 
@@ -19,7 +20,18 @@ LOCAL, PORT = "127.0.0.1", 9090
 """Default address, which only this machine can reach, and default port."""
 LAST_PORT = 65535
 """Highest port; it cannot serve a page, since the data come from the next port."""
-PROCESS = "exidyn.acquire.views.view_process"
+PROCESS, CONTACT_PROCESS = (f"exidyn.acquire.views.{name}" for name in ("view_process", "contact_process"))
+"""Modules of the processes that show a run, and external torques."""
+VIEW = (
+    Option("--view", "show it live in Rerun's viewer"),
+    Option(
+        "--serve [ADDRESS:PORT]",
+        f"serve the view to browsers; default: {LOCAL}:{PORT}, this machine only",
+        alone=f"{LOCAL}:{PORT}",
+    ),
+    Option("--save FILE", "save the view as a file (.rrd)", Path),
+)
+"""Options of a live view."""
 FINISH = 10.0
 """Maximum time to show the last frames [s], in case a viewer hangs."""
 
@@ -111,8 +123,12 @@ class Targets:
         return cls(view, serve, Path(save) if save else None)
 
 
-def start_view(targets: Targets) -> "list[LiveView]":
+def start_view(targets: Targets, process: str = PROCESS) -> "list[LiveView]":
     """Start the view of a run and print its address; returns an empty list if there is no target.
+
+    Args:
+        targets: Targets of the view.
+        process: Module of the process that shows the frames.
 
     Raises:
         CannotShow: See `require_showable`.
@@ -121,7 +137,7 @@ def start_view(targets: Targets) -> "list[LiveView]":
     require_showable(targets)
     if not targets.any:
         return []
-    view = LiveView(targets)
+    view = LiveView(targets, process)
     if view.message:
         print(view.message, file=sys.stderr)
     return [view]
@@ -144,9 +160,9 @@ def require_showable(targets: Targets) -> None:
 class LiveView(PipeSink):
     """The view of a run with at least one target: a sink that drops samples if it is too slow."""
 
-    def __init__(self, targets: Targets) -> None:
+    def __init__(self, targets: Targets, process: str = PROCESS) -> None:
         self._began = False
-        super().__init__("live view", PROCESS, [targets.text()], lossy=True)
+        super().__init__("live view", process, [targets.text()], lossy=True)
         self._began = True
 
     def close(self, patience: float = FINISH) -> None:
@@ -156,7 +172,7 @@ class LiveView(PipeSink):
         if self.dropped:
             problems.append(f"it was too slow for {self.dropped} cycles and events, which it does not show")
         for text in problems if self._began else ():
-            print(f"exidyn: warning: live view: {text}; the recording is not affected", file=sys.stderr)
+            print(f"exidyn: warning: live view: {text}; nothing else is affected", file=sys.stderr)
         self._began = False
         try:
             os.killpg(self.process_id, signal.SIGTERM)

@@ -8,7 +8,8 @@ import json
 import struct
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import rerun as rr
 
@@ -32,8 +33,18 @@ LAST_PAGE = 1.0
 """Time after the end for which a server still sends to its pages [s]; they keep what they have received."""
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Show a run until its frames end; return the exit code."""
+class Frames(Protocol):
+    """Takes frames and draws them in batches; the last batch is drawn when they have ended."""
+
+    def take(self, kind: bytes, body: bytes) -> None:
+        """Take a frame."""
+
+    def draw(self, last: bool) -> None:
+        """Draw what was taken since the last batch."""
+
+
+def show_frames(arguments: Sequence[str], make: Callable[[rr.RecordingStream], Frames]) -> int:
+    """Show frames until they end; return the exit code."""
     source = PipeSource(arguments)
     targets = Targets.read(source.arguments[0])
     try:
@@ -44,7 +55,7 @@ def main(arguments: Sequence[str]) -> int:
         return 1
     _warm_up()
     source.ready(message)
-    _View(recording, BATCH if targets.serve is None else PAGE_BATCH).show(source)
+    _show(source, make(recording), BATCH if targets.serve is None else PAGE_BATCH)
     _finish(recording)
     if targets.serve is not None:
         time.sleep(LAST_PAGE)
@@ -75,11 +86,25 @@ def _warm_up() -> None:
     recording.disconnect()
 
 
-class _View:
-    """Shows frames in batches collected over some time [s]."""
+def _show(source: PipeSource, frames: Frames, batch: float) -> None:
+    """Show frames until they end, in batches collected over some time [s]."""
+    while not source.ended:
+        begun = time.monotonic()
+        for kind, body in source.read(1.0):
+            try:
+                frames.take(kind, body)
+            except (ArithmeticError, LookupError, TypeError, ValueError, struct.error):
+                pass  # a frame that cannot be read, which the recorder reports
+        frames.draw(source.ended)
+        if not source.ended:
+            time.sleep(max(begun + batch - time.monotonic(), 0.0))
 
-    def __init__(self, recording: rr.RecordingStream, batch: float = BATCH) -> None:
-        self._recording, self._batch = recording, batch
+
+class RunFrames:
+    """Logs the frames of a run in batches."""
+
+    def __init__(self, recording: rr.RecordingStream) -> None:
+        self._recording = recording
         self._head: RunHead | None = None
         self._log: LiveLog | None = None
         self._cycles: list[Cycle] = []
@@ -87,22 +112,22 @@ class _View:
         self._times = 0, 0
         self._over = False
 
-    def show(self, source: PipeSource) -> None:
-        """Show frames until they end."""
-        while not source.ended:
-            begun = time.monotonic()
-            for kind, body in source.read(1.0):
-                try:
-                    self._take(kind, body)
-                except (ArithmeticError, LookupError, TypeError, ValueError, struct.error):
-                    pass  # a frame that cannot be read, which the recorder reports
-            if source.ended and not self._over:
-                self._report("stop", ABANDONED)
-            self._log_batch(source.ended)
-            if not source.ended:
-                time.sleep(max(begun + self._batch - time.monotonic(), 0.0))
+    def draw(self, last: bool) -> None:
+        """Log what was taken since the last batch."""
+        if last and not self._over:
+            self._report("stop", ABANDONED)
+        if self._log is None:
+            if self._head is None or len(self._cycles) < (1 if last else MIN_CYCLES):
+                return
+            self._log = LiveLog(self._recording, self._head, self._cycles)
+        if self._cycles:
+            self._log.cycles(self._cycles)
+        for event in self._events:
+            self._log.event(event)
+        self._cycles, self._events = [], []
 
-    def _take(self, kind: bytes, body: bytes) -> None:
+    def take(self, kind: bytes, body: bytes) -> None:
+        """Take a frame."""
         if kind == HEAD:
             self._head = self._head or RunHead.read(body)
         elif kind == SAMPLE:
@@ -125,17 +150,6 @@ class _View:
     def _report(self, kind: str, text: str) -> None:
         self._events.append(Event(*self._times, kind, text, {}))
 
-    def _log_batch(self, last: bool) -> None:
-        if self._log is None:
-            if self._head is None or len(self._cycles) < (1 if last else MIN_CYCLES):
-                return
-            self._log = LiveLog(self._recording, self._head, self._cycles)
-        if self._cycles:
-            self._log.cycles(self._cycles)
-        for event in self._events:
-            self._log.event(event)
-        self._cycles, self._events = [], []
-
 
 def _finish(recording: rr.RecordingStream) -> None:
     """Send the last data and write the footer of a file; a closed viewer is not an error."""
@@ -147,4 +161,4 @@ def _finish(recording: rr.RecordingStream) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(show_frames(sys.argv[1:], RunFrames))

@@ -141,6 +141,11 @@ def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: fl
     return observer.add(even.time, even.position, even.signal(even.measures), temperature)
 
 
+def torque_unit(fit: Fit) -> str:
+    """Unit of external torques, of all kinds of joints: amperes without drive gains."""
+    return "A" if fit.unscaled else "/".join(dict.fromkeys(fit.model.robot.units("N m")))
+
+
 def slow_speed(fit: Fit) -> np.ndarray:
     """Speed below which stiction matters, shape (n,) [rad/s]: that at which joints stood in the fit."""
     return standstill(fit.standstill, fit.model.robot)

@@ -16,7 +16,7 @@ from .contact import Contact
 
 TORQUE, CONTACT_FROM, FORCE = "/external_torque", "/contact_from", "/flange_force"
 """Topics of the external torques, of the torques from which they count as contact, and of the wrench."""
-SETTING = "external torque"
+SETTING = "external torques"
 """Setting of a recording that has these topics; its text names the fit."""
 WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 """Names of the six numbers of a wrench."""

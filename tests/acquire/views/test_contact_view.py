@@ -21,7 +21,7 @@ from ...parts.pages.rerun_viewer import (
     seconds,
     settled,
 )
-from ...parts.small import two_joints
+from ...parts.small import small_fit, two_joints
 
 pytestmark = pytest.mark.slow
 
@@ -45,13 +45,13 @@ def result():
     force[:, 2] = np.where(TIME < 2.0, 0.0, -40.0)
     force[:10] = np.nan
     alarm = Alarm(1.0, 1.5, 1, TORQUE[100], np.zeros(2), np.ones(2), 1.4)
-    return Contact("run", estimates, force, Threshold(), (alarm,))
+    return Contact(small_fit.fit(), "run", estimates, force, Threshold(), (alarm,))
 
 
 @pytest.fixture(scope="module")
 def chunks(result, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "contact.rrd"
-    viewers.show(contact_view(result, MODEL, "N m"), Targets(save=path))
+    viewers.show(contact_view(result, "N m"), Targets(save=path))
     return read(path)
 
 
@@ -59,6 +59,10 @@ def test_torques_lie_between_their_thresholds(chunks):
     np.testing.assert_allclose(numbers(chunks, f"/{EXTERNAL}/elbow/torque"), TORQUE[:, 1])
     limits = numbers(chunks, f"/{EXTERNAL}/elbow/threshold").reshape(-1, 2)
     np.testing.assert_allclose(limits, [[3.0, -3.0]] * len(TIME))
+
+
+def test_the_force_is_plotted(chunks, result):
+    np.testing.assert_array_equal(numbers(chunks, f"/{FORCE}").reshape(-1, 3), result.wrench[:, :3])
 
 
 def test_the_arrow_stands_at_the_flange_along_the_force(chunks):
@@ -76,8 +80,8 @@ def test_the_arrow_stands_at_the_flange_along_the_force(chunks):
 def test_viewer_shows_the_view_without_complaint(result, tmp_path, monkeypatch):
     with headless_viewer() as (client, address):
         monkeypatch.setattr(viewers, "open_window", lambda: address)
-        viewers.show(contact_view(result, MODEL, "N m"), Targets(view=True))
-        state = settled(client, TIME[-1], 4)
+        viewers.show(contact_view(result, "N m"), Targets(view=True))
+        state = settled(client, TIME[-1], 5)
         (tmp_path / "view.png").write_bytes(client.take_screenshot())
-    assert len(state.views) == 4  # two joints, the arm, and the contacts
+    assert len(state.views) == 5  # two joints, the force, the arm, and the contacts
     assert not complaints(state)

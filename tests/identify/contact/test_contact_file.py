@@ -111,7 +111,7 @@ def test_contacts_are_events_and_the_description_names_the_fit(files, result, ca
     assert recording.settings[SETTING].startswith("estimated with the fit of empty, loaded; ")
     assert main(["info", str(files[1])]) == 0
     printed = capsys.readouterr().out
-    assert "external torque: " in printed
+    assert "external torques: " in printed
     assert "1 contact at a false-alarm rate of 1 per hour" in " ".join(printed.split())
     assert f"s  contact   {contacts[0].text}" in printed
     assert "warning" not in printed
@@ -135,7 +135,7 @@ def test_without_drive_gains_torques_are_in_amperes_and_there_is_no_force(files,
 
 def test_a_copy_is_refused_that_would_be_wrong(files, result, tmp_path):
     target = tmp_path / "copy.mcap"
-    with pytest.raises(RecordingError, match="already has external torque; use the original"):
+    with pytest.raises(RecordingError, match="already has external torques; use the original"):
         result.save(target, files[1])
     with pytest.raises(RecordingError, match="is the recording itself"):
         result.save(files[0], files[0])
