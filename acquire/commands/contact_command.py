@@ -25,6 +25,7 @@ from ..arguments.options import (
     payload_name,
     require_file,
 )
+from ..run.recorder import require_free
 from ..terminal.json_output import hand_over, json_text, print_written, write_whole
 
 SHORT = 0.2
@@ -70,6 +71,8 @@ def contact_command(args: Namespace) -> None:
         if args.output.suffix not in (".csv", ".mcap"):
             raise RecordingError(f"--output {args.output}: the name must end in .csv or .mcap")
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
+        if args.output.suffix == ".mcap":
+            require_free(args.output)
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
     [run, *others] = import_source(args.run, fit.model)

@@ -54,8 +54,7 @@ STEP = 0.05
         "exidyn watch --controller cell.toml                        # positions in radians",
         "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
         "exidyn watch --controller cell.toml --seconds 10 --json -  # one line of JSON per reading",
-        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap  # external torques",
-        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap --view",
+        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap --view  # contacts",
     ),
     (
         robot_option("for degrees and limits; without it radians"),

@@ -54,7 +54,7 @@ class Contact:
 
         Raises:
             NotAFile: `recording` is not a recording of exidyn.
-            RecordingError: It is another run, is damaged, or already has external torques.
+            RecordingError: It is another run, is damaged, or already has external torques; or `path` exists.
         """
         from .contact_file import write_contact
 

@@ -25,8 +25,8 @@ WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 def write_contact(result: Contact, recording: Path | str, path: Path | str) -> Path:
     """Write a copy of the run's recording with external torques; see `Contact.save`."""
     source, target = Path(recording), Path(path)
-    if target.exists() and source.exists() and target.samefile(source):
-        raise RecordingError(f"{target} is the recording itself; write the copy under another name")
+    if target.exists():
+        raise RecordingError(f"{target} exists, and recordings are not overwritten. Choose another name")
     contacts = "no threshold of contact"
     if result.threshold is not None:
         rate = f"{result.threshold.alarms_per_hour:g} per hour"

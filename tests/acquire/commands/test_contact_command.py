@@ -82,6 +82,7 @@ def test_without_a_threshold_the_torques_are_printed(folder, capsys):
         (["--payload", "X"], "no payload 'X'. Payloads of the fit: L"),
         (["--free", "empty.mcap"], "empty was used for the fit"),
         (["-o", "out.txt"], "--output out.txt: the name must end in .csv or .mcap"),
+        (["-o", "free0.mcap"], "free0.mcap exists, and recordings are not overwritten"),
         (["-o", "loaded.mcap"], "--output would overwrite a file that is read"),
         (["--free", "loaded.mcap"], "loaded.mcap is given with --free too"),
     ],

@@ -137,7 +137,7 @@ def test_a_copy_is_refused_that_would_be_wrong(files, result, tmp_path):
     target = tmp_path / "copy.mcap"
     with pytest.raises(RecordingError, match="already has external torques; use the original"):
         result.save(target, files[1])
-    with pytest.raises(RecordingError, match="is the recording itself"):
+    with pytest.raises(RecordingError, match="exists, and recordings are not overwritten"):
         result.save(files[0], files[0])
     with pytest.raises(RecordingError, match="is a recording of loaded, not of other"):
         replace(result, run="other").save(target, files[0])
