@@ -42,6 +42,7 @@ def run_head(
     driver: str,
     payload: KnownPayload | None,
     trajectory: str = "",
+    commanded: tuple[str, ...] = (),
     **more: str,
 ) -> Callable[[Sample], bytes]:
     """The head of a recording, which describes the run, as a function of its first sample.
@@ -53,6 +54,7 @@ def run_head(
         driver: Name of the driver.
         payload: Payload on the flange.
         trajectory: Text of the trajectory file.
+        commanded: Commanded signals beside position and velocity.
         more: Further facts of the run, name -> text; empty texts are omitted.
     """
     settings = {
@@ -68,7 +70,7 @@ def run_head(
     head_at = RunHead(
         name=name,
         model=model,
-        signals=info.signals,
+        signals=(*info.signals, *commanded),
         trajectory=trajectory,
         payload=payload,
         settings={name: text for name, text in settings.items() if text},

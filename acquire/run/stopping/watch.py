@@ -10,6 +10,7 @@ from exidyn.identification.arm.robot import Limits, Robot
 
 from .history import History
 from .monitors import (
+    Away,
     ControllerClock,
     JointMonitor,
     JointRule,
@@ -44,6 +45,7 @@ class WatchLimits:
         tracking_time: Maximum time beyond `tracking` or `outside` [s].
         outside: Maximum distance beyond the position limits [rad] or [m], independent of `tracking`: the lag
             of a sound drive.
+        drift: Maximum distance from the first position [rad] or [m]; infinite, but for an arm that floats.
         delay: Time within which a command takes effect [s]; motion in this time is not a tracking error.
         effort: Maximum torque over the torque limit, or current over the current that makes it [-].
         effort_time: Maximum time beyond `effort` [s]; gears withstand short peaks.
@@ -60,6 +62,7 @@ class WatchLimits:
     tracking: float = 0.035
     tracking_time: float = 0.05
     outside: float = 0.035
+    drift: float = np.inf
     delay: float = 0.05
     effort: float = 1.2
     effort_time: float = 0.05
@@ -125,7 +128,8 @@ def joint_rules(
     window = max(round(SPEED_WINDOW / cycle), 2)
     outside = Outside(limits).distance
     rule, tolerated, effort_time = JointRule, watch.tracking_time, watch.effort_time
-    return (
+    drift = rule("drift", Away().distance, watch.drift * every, tolerated, "rad")
+    rows = (
         # kind, quantity, limit of each joint, time beyond it [s], unit
         rule("tracking error", lambda h: h.tracking_error, watch.tracking * every, tolerated, "rad"),
         rule("position beyond its limits by", outside, watch.outside * every, tolerated, "rad"),
@@ -136,6 +140,7 @@ def joint_rules(
             "temperature", lambda h: h.sample.temperature, watch.temperature * every, HOT_TIME, "degC", True
         ),
     )
+    return (*rows, drift) if np.isfinite(watch.drift) else rows
 
 
 class CommandCheck:
@@ -185,11 +190,8 @@ class CommandCheck:
         return violation
 
     def _violation(self, position: np.ndarray, step: np.ndarray) -> Stop | None:
-        beyond = (position < self._lower) | (position > self._upper)
-        if any_of(beyond):
-            j = int(np.argmax(beyond))
-            limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
-            return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
+        if (outside := self._outside(position)) is not None:
+            return outside
         change, cycle = step - self._step_before, self._cycle
         for kind, motion, most, time, unit in (
             ("command velocity", step, self._step, cycle, "rad/s"),
@@ -200,6 +202,14 @@ class CommandCheck:
                 j = int(np.argmax(excess))
                 return self._stop(kind, j, motion[j] / time, most[j] / time, unit, "exceeds the limit of")
         return None
+
+    def _outside(self, position: np.ndarray) -> Stop | None:
+        beyond = (position < self._lower) | (position > self._upper)
+        if not any_of(beyond):
+            return None
+        j = int(np.argmax(beyond))
+        limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
+        return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
 
     def _stop(self, kind: str, joint: int, value: float, limit: float, unit: str, words: str) -> Stop:
         name, unit = self._robot.joints[joint], self._robot.unit(joint, unit)
