@@ -12,10 +12,11 @@ import numpy as np
 from exidyn.drivers import Driver, Info
 from exidyn.identification.contact.contact import Contact, contact
 from exidyn.identification.errors import FitError
+from exidyn.identification.feedforward.feedforward import SHARE
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits, paragraph, table
 
@@ -124,7 +125,9 @@ class HoldTest:
     (
         Option("fit FIT", "fit.json of exidyn identify", Path),
         Option("--seconds S", "time to float", positive, SECONDS),
-        Option("--drift DEG", "largest distance from the start, which ends the test", positive),
+        Option(
+            "--drift DEG", f"largest distance from the start; default: {DRIFT:g}, with --guide none", positive
+        ),
         Option("--guide", "compensate friction too, and let a person move the arm"),
         Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
         output_option("FILE", meaning="default: hold.mcap, hold-2.mcap, ..."),
@@ -147,14 +150,22 @@ def hold_command(args: Namespace) -> int:
     require_attended(driver.simulated, args.yes)
     print(_before(test, name, path), file=sys.stderr)
     confirm(driver.simulated, args.yes, ADVICE)
-    words = f"floats by the torque of {args.fit}"
-    head = partial(run_head, name=path.stem, model=fit.model, driver=name, payload=None, commanded=(TORQUE,))
-    head = partial(head, hold=words)
+    head = partial(
+        run_head,
+        name=path.stem,
+        model=fit.model,
+        driver=name,
+        payload=KnownPayload(args.payload) if args.payload else None,
+        commanded=(TORQUE,),
+        hold=f"floats by the torque of {args.fit}",
+    )
     progress = partial(start_progress, FADE_IN + args.seconds)
     outcome, recorder = run_recorded(driver, lambda info: test.job(info, driver), path, head, progress)
-    _report(test, outcome, path)
-    print_where(recorder, path, f"contact {path} --fit {args.fit} shows external torques")
-    alarm(outcome.unsafe)
+    try:
+        _report(test, outcome, path)
+    finally:  # whatever the recording is like, an arm that may still move is announced
+        print_where(recorder, path, f"contact {path} --fit {args.fit} shows external torques")
+        alarm(outcome.unsafe)
     return code_of(outcome)
 
 
@@ -169,7 +180,7 @@ def _driver(args: Namespace, name: str, settings: dict[str, object], fit: Fit) -
 def _before(test: HoldTest, driver: str, path: Path) -> str:
     """What the test does, before a person confirms it."""
     args, robot = test.args, test.fit.model.robot
-    friction = "gravity and 70 % of friction" if args.guide else "gravity"
+    friction = f"gravity and {100 * SHARE:g} % of friction" if args.guide else "gravity"
     ends = f"{np.degrees(test.drift):g} degrees from the start or " if np.isfinite(test.drift) else ""
     sentence = (
         f"{robot.name}, driver {driver}: the arm stays where it is for {FADE_IN:g} s, then floats for "

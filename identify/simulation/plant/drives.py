@@ -76,7 +76,7 @@ class CommandPath:
 
     Args:
         start: Position at which the arm is, shape (n,) [rad].
-        velocity: Its velocity there, shape (n,) [rad/s]; zero by default.
+        velocity: Velocity of the arm there, shape (n,) [rad/s]; zero by default.
     """
 
     def __init__(self, start: np.ndarray, velocity: np.ndarray | None = None) -> None:
