@@ -44,7 +44,7 @@ class FloatingPlayer(Player):
         cycle: Time between commands [s].
         settle: Duration of commanded rest at the end [s].
         torque: Torque that holds the arm.
-        latest: Function that returns the last sample.
+        last_sample: Function that returns the last sample.
     """
 
     def __init__(
@@ -54,11 +54,11 @@ class FloatingPlayer(Player):
         cycle: float,
         settle: float,
         torque: Torque,
-        latest: Callable[[], Sample | None],
+        last_sample: Callable[[], Sample | None],
     ) -> None:
         super().__init__(motion, limits, cycle, settle)
         start = motion.state_at(0.0).position
-        self._torque, self._latest = torque, latest
+        self._torque, self._last_sample = torque, last_sample
         self._fading, self._faded = max(round(FADE_IN / cycle), 1), 0
         self._still = np.zeros(len(start))
         self._positions = deque([start], maxlen=max(round(SPEED_TIME / cycle), 2) + 1)
@@ -76,7 +76,7 @@ class FloatingPlayer(Player):
 
     def _float(self) -> Command:
         """The command for where the arm is; silent joints keep their last position."""
-        sample, before = self._latest(), self._positions[-1]
+        sample, before = self._last_sample(), self._positions[-1]
         measured = before if sample is None else sample.position
         position = np.where(np.isfinite(measured), measured, before)
         self._positions.append(position)

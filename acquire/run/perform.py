@@ -202,9 +202,9 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     loop.play(player, check(job.robot, job.limits, info.cycle, start, lower, upper), approach)
 
 
-def _player(job: Job, info: Info, latest: Callable[[], Sample | None]) -> Player:
+def _player(job: Job, info: Info, last_sample: Callable[[], Sample | None]) -> Player:
     arguments = job.motion, job.limits, info.cycle, job.settle
-    return Player(*arguments) if job.torque is None else FloatingPlayer(*arguments, job.torque, latest)
+    return Player(*arguments) if job.torque is None else FloatingPlayer(*arguments, job.torque, last_sample)
 
 
 def standing(driver: Driver, info: Info) -> np.ndarray:

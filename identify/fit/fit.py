@@ -60,8 +60,8 @@ class Fit(FitMethods, InNotebook):
         warnings: Sentences about recordings and fit that the user should read.
         suspicions: Sentences about likely mistakes in the recordings.
         structure: Base parameters including the dropped ones; None if none was dropped.
-        whole: Estimate of all parameters of `structure`, before any was dropped; None if none was dropped, or
-            in files that predate the key.
+        full_estimate: Estimate of all parameters of `structure`, before any was dropped; None if none was
+            dropped, or in files that predate the key.
         measures: Quantity that was recorded in the runs used, "current" or "torque".
         scores: Residuals of each run, for a fit that was read from a file and has no samples.
         noise: Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all
@@ -96,7 +96,7 @@ class Fit(FitMethods, InNotebook):
     warnings: tuple[str, ...] = ()
     suspicions: tuple[str, ...] = ()
     structure: BaseParameters | None = None
-    whole: Estimate | None = None
+    full_estimate: Estimate | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()
     noise: np.ndarray | None = None
@@ -122,17 +122,17 @@ class Fit(FitMethods, InNotebook):
 
     @property
     def undropped(self) -> "Fit":
-        """The fit before parameters were dropped; itself if none was, or in files that predate `whole`."""
-        if self.structure is None or self.whole is None:
+        """The fit before parameters were dropped; itself if none was, or without `full_estimate`."""
+        if self.structure is None or self.full_estimate is None:
             return self
         return replace(
             self,
             base=self.structure,
-            estimate=self.whole,
+            estimate=self.full_estimate,
             prior=self.structure.before(self.model),
             dropped={},
             structure=None,
-            whole=None,
+            full_estimate=None,
             exported=None,
         )
 

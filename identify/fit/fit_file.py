@@ -106,7 +106,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
         "moved": [moved.name for moved in fit.moved],
-        "whole": None if fit.whole is None else _whole(fit.whole),
+        "full_estimate": None if fit.full_estimate is None else _estimate_table(fit.full_estimate),
         "gap": [float(share) for share in fit.base.gap],
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
@@ -144,7 +144,7 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
     return tables
 
 
-def _whole(estimate: Estimate) -> dict[str, Any]:
+def _estimate_table(estimate: Estimate) -> dict[str, Any]:
     """The estimate before parameters were dropped."""
     return {
         "values": _numbers(estimate.values),
@@ -154,15 +154,15 @@ def _whole(estimate: Estimate) -> dict[str, Any]:
     }
 
 
-def _read_whole(file: FitFile) -> Estimate | None:
-    if file.whole is None:
+def _read_full_estimate(file: FitFile) -> Estimate | None:
+    if file.full_estimate is None:
         return None
     return Estimate(
         method=file.method,
-        values=np.array(file.whole.values, float),
-        gain=np.array(file.whole.drive_gain, float),
-        covariance=np.array(file.whole.covariance, float),
-        noise=np.array(file.whole.noise, float),
+        values=np.array(file.full_estimate.values, float),
+        gain=np.array(file.full_estimate.drive_gain, float),
+        covariance=np.array(file.full_estimate.covariance, float),
+        noise=np.array(file.full_estimate.noise, float),
         nominal_gains=file.drive_gains_nominal,
     )
 
@@ -173,7 +173,7 @@ def _read_bias(file: FitFile) -> np.ndarray | None:
         return None
     bias = np.array(file.gear_friction_bias, float)
     joints = bias.shape[1]
-    older = len(bias) < len(file.whole.values if file.whole else file.kept) + joints
+    older = len(bias) < len(file.full_estimate.values if file.full_estimate else file.kept) + joints
     return np.concatenate([bias, np.zeros((joints, joints))]) if older else bias
 
 
@@ -225,7 +225,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
         warnings=file.doubts or () if file.warnings is None else file.warnings,
         suspicions=file.suspicions,
         structure=_base(parameters, rows, file.gap) if len(kept_rows) < len(rows) else None,
-        whole=_read_whole(file),
+        full_estimate=_read_full_estimate(file),
         # Older files do not have this key: all gains are 1 for torque, and hardly ever for currents.
         measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),
         scores=scores,

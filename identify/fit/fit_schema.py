@@ -52,8 +52,8 @@ class BaseParameterRow(Struct, frozen=True, kw_only=True):
         return self.prior or self.believed
 
 
-class WholeEstimate(Struct, frozen=True, kw_only=True):
-    """The estimate before parameters were dropped: all base parameters, then gains; see `Fit.whole`."""
+class FullEstimate(Struct, frozen=True, kw_only=True):
+    """The estimate of all base parameters, before any was dropped; see `Fit.full_estimate`."""
 
     values: tuple[Number, ...]
     drive_gain: tuple[Number, ...]
@@ -100,7 +100,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
     simulations: tuple[str, ...] = ()
     base_parameters: tuple[BaseParameterRow, ...]
     dropped: tuple[str, ...]
-    whole: WholeEstimate | None = None
+    full_estimate: FullEstimate | None = None
     gap: tuple[Size, Size]
     covariance: tuple[tuple[Number, ...], ...]
     standard_parameters: tuple[Number, ...] | None
@@ -156,29 +156,30 @@ class FitFile(Struct, frozen=True, kw_only=True):
         check_length(self.covariance, "covariance", size, unknowns)
         check_rows(self.covariance, "covariance", size, unknowns)
         if self.gear_friction_bias is not None:
-            rows, older = len(self.kept if self.whole is None else self.base_parameters), len(self.kept)
+            rows = len(self.kept if self.full_estimate is None else self.base_parameters)
+            older = len(self.kept) if self.full_estimate is None else rows + joints
             size, expected = len(self.gear_friction_bias), "one per base parameter and joint"
             check(size in (rows + joints, older), "gear_friction_bias", f"{size} entries", expected)
             for place, row in enumerate(self.gear_friction_bias):
                 check_length(row, f"gear_friction_bias[{place}]", joints, per_joint)
-        if self.whole is not None:
-            self._check_whole(self.whole, joints)
+        if self.full_estimate is not None:
+            self._check_full_estimate(self.full_estimate, joints)
         exported = sum(row.exported is not None for row in self.kept)
         expected = "a value of every kept base parameter, or none"
         check(exported in (0, len(self.kept)), "exported", exported, expected)
 
-    def _check_whole(self, whole: WholeEstimate, joints: int) -> None:
-        parameters = len(self.base_parameters)
+    def _check_full_estimate(self, full: FullEstimate, joints: int) -> None:
+        key, parameters = "full_estimate", len(self.base_parameters)
         size, unknowns = parameters + joints, "the base parameters and the joints"
-        check(len(self.kept) < parameters, "whole", "an estimate", "null, since no parameter was dropped")
-        check_length(whole.values, "whole.values", parameters, "one per base parameter")
+        check(len(self.kept) < parameters, key, "an estimate", "null, since no parameter was dropped")
+        check_length(full.values, f"{key}.values", parameters, "one per base parameter")
         for name in ("drive_gain", "noise"):
-            check_length(getattr(whole, name), f"whole.{name}", joints, "one per joint, as drive_gain has")
-        for place, gain in enumerate(whole.drive_gain):
-            check(gain != 0.0, f"whole.drive_gain[{place}]", gain, "a number other than zero")
-        check_length(whole.covariance, "whole.covariance", size, unknowns)
-        check_rows(whole.covariance, "whole.covariance", size, unknowns)
-        check_covariance(whole.covariance, "whole.covariance")
+            check_length(getattr(full, name), f"{key}.{name}", joints, "one per joint, as drive_gain has")
+        for place, gain in enumerate(full.drive_gain):
+            check(gain != 0.0, f"{key}.drive_gain[{place}]", gain, "a number other than zero")
+        check_length(full.covariance, f"{key}.covariance", size, unknowns)
+        check_rows(full.covariance, f"{key}.covariance", size, unknowns)
+        check_covariance(full.covariance, f"{key}.covariance")
 
 
 def check_with_model(file: FitFile, model: Model) -> None:

@@ -33,7 +33,7 @@ def gear_friction_bias(
         model: Model of the fit.
         equations: Equations of its runs.
         estimate: Its values and gains.
-        runs: Its runs.
+        runs: Prepared runs of the fit.
 
     Returns:
         The bias; None if the model has friction under load.

@@ -285,12 +285,12 @@ def _fit(
     filtering: Filtering,
 ) -> Fit:
     """Estimate, drop parameters that the data do not support, and estimate again."""
-    whole, all_equations = estimator(equations), equations
-    estimate, structure, dropped = whole, equations.base, {}
-    if drop and (weak := unsupported(whole, priors_away_from_zero(structure, model))):
-        dropped = {structure.names[k]: float(whole.values[k]) for k in weak}
+    full_estimate, all_equations = estimator(equations), equations
+    estimate, structure, dropped = full_estimate, equations.base, {}
+    if drop and (weak := unsupported(full_estimate, priors_away_from_zero(structure, model))):
+        dropped = {structure.names[k]: float(full_estimate.values[k]) for k in weak}
         equations = equations.without(weak)
-        estimate = as_uncertain(estimator(equations), whole, weak)
+        estimate = as_uncertain(estimator(equations), full_estimate, weak)
     base = equations.base
     agreements = tuple(
         agreement(run, estimate, equations.regressor[rows], equations.known[rows])
@@ -307,14 +307,14 @@ def _fit(
         prior=base.before(model),
         dropped=dropped,
         structure=structure if dropped else None,
-        whole=whole if dropped else None,
+        full_estimate=full_estimate if dropped else None,
         measures=used[0].measures,
         noise=used[0].noise,
         noise_source=used[0].noise_source,
         standstill=np.max([run.standstill for run in used], axis=0),
         unclear=unclear(model, base, estimate, used[-1].motion.payload),
         agreement=agreements,
-        gear_friction_bias=gear_friction_bias(model, all_equations, whole, used),
+        gear_friction_bias=gear_friction_bias(model, all_equations, full_estimate, used),
     )
 
 

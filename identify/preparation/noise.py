@@ -63,8 +63,8 @@ def shrunk(covariance: np.ndarray, rows: float) -> np.ndarray:
     between = ~np.eye(n, dtype=bool)
     chance = PARZEN * lags / rows * np.sum((power.T @ power)[between])
     seen = np.sum(np.abs(density[:, between]) ** 2)
-    kept = max(0.0, 1.0 - chance / seen) if seen > 0.0 else 0.0
-    return covariance * np.where(between, kept, 1.0)
+    share = max(0.0, 1.0 - chance / seen) if seen > 0.0 else 0.0
+    return covariance * np.where(between, share, 1.0)
 
 
 def noise_at_rest(

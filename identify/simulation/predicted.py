@@ -74,7 +74,7 @@ def as_nominal(fit: Fit) -> Fit:
     estimate = replace(
         fit.estimate, values=values, gain=model.robot.drive_gain, covariance=np.zeros((size, size))
     )
-    return replace(fit, base=base, estimate=estimate, structure=None, whole=None, dropped={})
+    return replace(fit, base=base, estimate=estimate, structure=None, full_estimate=None, dropped={})
 
 
 def _with_payload_of_fit(fit: Fit, recording: Recording) -> Recording:

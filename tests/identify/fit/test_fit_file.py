@@ -49,18 +49,19 @@ def test_everything_but_the_samples_reads_back(path):
     assert np.array_equal(after.structure.kept, before.structure.kept)
     assert after.model.priors == before.model.priors
     for name in ("values", "gain", "covariance", "noise"):
-        assert np.array_equal(getattr(after.whole, name), getattr(before.whole, name))
+        assert np.array_equal(getattr(after.full_estimate, name), getattr(before.full_estimate, name))
     assert (after.agreement, after.validation) == ((), ())
 
 
 def test_a_fit_has_all_parameters_from_before_some_were_dropped(path):
     all_kept = plain_fit()
     assert all_kept.undropped is all_kept
-    for whole in (fit().undropped, read_fit(path).undropped):
-        assert whole.names == list(fit().structure.names)
-        assert dict(zip(whole.names, whole.estimate.values, strict=True)).items() >= fit().dropped.items()
-        assert len(whole.prior[0]) == len(whole.names)
-        assert (whole.dropped, whole.undropped) == ({}, whole)
+    for undropped in (fit().undropped, read_fit(path).undropped):
+        assert undropped.names == list(fit().structure.names)
+        values = dict(zip(undropped.names, undropped.estimate.values, strict=True))
+        assert values.items() >= fit().dropped.items()
+        assert len(undropped.prior[0]) == len(undropped.names)
+        assert (undropped.dropped, undropped.undropped) == ({}, undropped)
 
 
 def test_a_damaged_estimate_from_before_parameters_were_dropped_is_refused(path):
@@ -70,8 +71,12 @@ def test_a_damaged_estimate_from_before_parameters_were_dropped_is_refused(path)
         "covariance": lambda v: v[1:],
         "drive_gain": lambda v: [0.0, 1.0],
     }.items():
-        path.write_text(json.dumps(table | {"whole": table["whole"] | {key: damage(table["whole"][key])}}))
-        with pytest.raises(NotAFile, match=f"whole.{key}"):
+        path.write_text(
+            json.dumps(
+                table | {"full_estimate": table["full_estimate"] | {key: damage(table["full_estimate"][key])}}
+            )
+        )
+        with pytest.raises(NotAFile, match=f"full_estimate.{key}"):
             read_fit(path)
 
 
