@@ -23,7 +23,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "watch": "show what a controller measures, live; nothing is commanded",
         "jog": "move one joint a few degrees and back, and judge its settings",
         "record": "play a planned motion on a controller, and record it",
-        "hold": "let the arm float by a fit's torque, and measure its drift",
         "recover": "rebuild a recording that a crash left incomplete",
     },
     "identify and diagnose": {

@@ -40,7 +40,6 @@ NAMES = """columns of a table, unless --columns names others (joints count from 
   ql1, ...             position of a second encoder on the link side [rad]
   q_ref1, ...          commanded position [rad]
   dq_ref1, ...         commanded velocity [rad/s]
-  tau_ref1, ...        commanded torque [N m]
 t, all q and all i or tau are needed. An array q has the columns q1, q2, ...
 A file preset.toml beside the log, or --preset, states other names, units and
 signs (docs/import.md).
