@@ -51,7 +51,7 @@ def outside(folder, tmp_path):
     return [path for path in files if path.parent != folder]
 
 
-@pytest.mark.parametrize("form", [form for form in FORMATS if "bam" not in form])  # which needs servos
+@pytest.mark.parametrize("form", FORMATS)
 def test_export_of_a_robot_file(folder, tmp_path, name, form):
     (folder / "arm.toml").write_text(model_text(renamed(NOMINAL, name)))
     assert main(["export", "arm.toml", "--to", form]) == 0

@@ -1,6 +1,5 @@
 """What is done with files that were read: a fit exported, results reported, packages made samples."""
 
-from contextlib import suppress
 from pathlib import Path
 
 from exidyn.acquire.files.given_runs import read_arm
@@ -18,7 +17,6 @@ from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
 from exidyn.drivers.ur_rtde.session import MEASURED
 from exidyn.drivers.ur_rtde.state import FIELDS, STATE, obstacle, sample_of, slowed, state_of
 from exidyn.drivers.values import checked
-from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.pages.fit_document import summary
@@ -35,8 +33,7 @@ def export(path: Path) -> None:
     portable = Portable.of(read_arm(str(path)), "")
     for format_ in FORMATS.values():
         format_.leaves_out(portable)
-        with suppress(RobotError):  # BAM needs servos
-            format_.text(portable)
+        format_.text(portable)
 
 
 def report(path: Path) -> None:
