@@ -85,19 +85,13 @@ def seed_option(meaning: str) -> Option:
     return Option("--seed N", meaning, not_negative, 0)
 
 
-def filters(torque_default: str = "from the data") -> tuple[Option, ...]:
-    """Options of the filter cutoffs and of the standstill speed.
-
-    Args:
-        torque_default: Default of the torque cutoff in words, for the help.
-    """
-    smoothing, default = "low-pass of positions before differentiation", "default: from the data"
-    torque = f"largest frequency at which torques are compared; default: {torque_default}"
-    return (
-        Option("--position-cutoff HZ", f"{smoothing}; {default}", positive),
-        Option("--torque-cutoff HZ", torque, positive),
-        Option("--standstill RAD/S", f"speed below which a joint sticks; {default}", positive),
-    )
+_BY_DATA = "default: from the data"
+FILTERS = (
+    Option("--position-cutoff HZ", f"low-pass of positions before differentiation; {_BY_DATA}", positive),
+    Option("--torque-cutoff HZ", f"largest frequency at which torques are compared; {_BY_DATA}", positive),
+    Option("--standstill RAD/S", f"speed below which a joint sticks; {_BY_DATA}", positive),
+)
+"""Options of the filter cutoffs and of the standstill speed."""
 
 
 def payload_name(text: str) -> str:

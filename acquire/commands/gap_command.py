@@ -32,9 +32,9 @@ from exidyn.identification.robot_files.robot_text import model_text
 from ..arguments.command import Command, Option, any_number, positive
 from ..arguments.options import (
     AS_RECORDED,
+    FILTERS,
     JSON,
     VALIDATE,
-    filters,
     make_folder,
     output_option,
     require_file,
@@ -83,7 +83,7 @@ STAGES = {
             positive,
         ),
         Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", any_number),
-        *filters(),
+        *FILTERS,
         output_option("FOLDER", Path("exidyn-gap")),
         Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
         Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),

@@ -19,9 +19,9 @@ from exidyn.identification.robot_files.robot_file import read_model
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import (
     AS_RECORDED,
+    FILTERS,
     JSON,
     VALIDATE,
-    filters,
     make_folder,
     output_option,
     require_file,
@@ -54,7 +54,7 @@ STAGES = {
     (
         Option(
             "runs RUN...",
-            "recording (.mcap), or with --robot a table (.csv); a folder with case.toml stands for its runs",
+            "recording (.mcap), or with --robot a table (.csv)",
             Path,
         ),
         *PAYLOADS,
@@ -73,7 +73,7 @@ STAGES = {
             default=[],
         ),
         Option("--repeat", "also fit each run, or part of a run, alone, and compare their parameters"),
-        *filters(),
+        *FILTERS,
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
         Option("--view", "show measurement and prediction in Rerun's viewer"),
@@ -112,7 +112,7 @@ def _identify(args: Namespace, progress: Stopwatch) -> None:
 
 
 def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
-    """Runs to fit and held-out runs; a case folder states which are which."""
+    """Runs to fit and held-out runs, by the roles that recordings state."""
     read = [recording for path in args.runs for recording in import_source(path, model)]
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
     runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]

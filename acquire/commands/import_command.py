@@ -126,7 +126,7 @@ UNITS = (
     ),
     (
         Option("source SOURCE", "file or folder", Path),
-        robot_option("not for case folders and --align, which have their own"),
+        robot_option("not for --align, which has its own"),
         Option("--kind KIND", "one of the kinds below", IMPORTERS),
         output_option("FOLDER", Path(), "folder, or FILE.mcap for a single run; default: this folder"),
         JSON,

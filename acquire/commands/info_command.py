@@ -21,7 +21,7 @@ from ..terminal.recording_text import describe, recording_table
     "Print the contents of recordings.",
     ("exidyn info run.mcap", "exidyn info run.mcap --json -"),
     (
-        Option("runs RUN...", "recording (.mcap), table (.csv) or case folder", Path),
+        Option("runs RUN...", "recording (.mcap) or table (.csv)", Path),
         robot_option("for tables, which do not contain their robot"),
         JSON,
     ),

@@ -59,7 +59,7 @@ def report_command(args: Namespace) -> None:
     (
         Option(
             "files FILE...",
-            "recordings (.mcap, .csv, case folder); or fit.json and recordings; or diagnosis.json",
+            "recordings (.mcap, .csv); or fit.json and recordings; or diagnosis.json",
             Path,
         ),
         ROBOT,

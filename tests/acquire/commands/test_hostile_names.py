@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.fleet.source import Source
 from exidyn.acquire.fleet.store import Store
 from exidyn.acquire.fleet.store_schema import IndexRow
@@ -103,15 +102,3 @@ def test_a_fleet_whose_robot_has_a_path_for_a_name(folder, tmp_path, name):
         identify_new(Source("check"), Store(folder / "store"), executor)
     assert all(folder in path.parents for path in outside(folder, tmp_path))
     assert len(list((folder / "store" / "kinds").glob("*.json"))) == 1
-
-
-def test_cases_of_the_same_name_have_folders_of_their_own(folder, monkeypatch):
-    cases = [folder / "one" / "case", folder / "two" / "case"]
-    for case in cases:
-        case.mkdir(parents=True)
-        (case / "case.toml").write_text("[case]\nformat = 1\n")
-    written = []
-    monkeypatch.setattr(diagnose_command, "_read_and_do", lambda case, output, given: written.append(output))
-    monkeypatch.chdir(cases[1])
-    assert main(["diagnose", "../../one/case", ".", "-o", str(folder / "out")]) == 0
-    assert written == [folder / "out" / "case", folder / "out" / "case_1"]

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.acquire.arguments.controllers import read_controller
-from exidyn.acquire.files.diagnosis_files import read_answers
 from exidyn.acquire.files.report_files import read_shown
 from exidyn.acquire.fleet.store import CHANGES
 from exidyn.acquire.run.arms import make_driver
@@ -82,12 +81,6 @@ def _plan() -> list[Damage]:
 def _by_hand(text: bytes) -> bytes:
     """Without the checksum, as what was written by hand."""
     return b"\n".join(line for line in text.split(b"\n") if not line.startswith(b"checksum"))
-
-
-def _case() -> list[Damage]:
-    files = parser_files.case()
-    names = ("case.toml", "case.toml", "case.toml", "robot.urdf", "run.csv")
-    return [Damage(files, name, TEXT) for name in names]
 
 
 def _recording() -> list[Damage]:
@@ -231,7 +224,6 @@ MODEL = two_joints.model()
 PARSERS: dict[str, Parser] = {
     "robot.toml": Parser(_robots, lambda folder, name: read_model(folder / name)),
     "trajectory.toml": Parser(_plan, lambda folder, name: read_plan(folder / name)),
-    "case folder": Parser(_case, lambda folder, name: import_source(folder)),
     "URDF": Parser(
         _one("robot.urdf", parser_files.URDF.encode, TEXT), lambda folder, name: read_model(folder / name)
     ),
@@ -271,9 +263,6 @@ PARSERS: dict[str, Parser] = {
     "RTDE": Parser(
         _one("packages", parser_files.rtde_packages, PACKETS),
         lambda folder, name: fuzz_uses.hear(folder / name),
-    ),
-    "answers": Parser(
-        _one("answers.json", parser_files.answers, JSON), lambda folder, name: read_answers(folder / name)
     ),
     "controller.toml": Parser(_controllers, _read_controller),
     "RSI configuration": Parser(
