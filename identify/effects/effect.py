@@ -276,7 +276,7 @@ class JointEffect(Effect):
 
     @property
     def formula(self) -> Formula | None:
-        """Profiles as a function that can be compiled; None if there is no such form."""
+        """Profiles as one function; None if there is no such form."""
         return None
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
