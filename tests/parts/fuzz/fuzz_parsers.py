@@ -196,7 +196,7 @@ def _controllers() -> list[Damage]:
 
 
 def _read_recording(folder: Path, name: str) -> None:
-    """As `exidyn info` does, printed and as JSON; and as `exidyn recover` does."""
+    """As `exidyn info` does, printed and as JSON; and as `exidyn info --repair` does."""
     for recording in import_source(folder / name):
         describe(recording)
         json_text({"recordings": [recording_table(recording)]})
