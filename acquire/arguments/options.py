@@ -15,8 +15,6 @@ from exidyn.trajectories.errors import BadLimits
 from ..terminal.json_output import SCREEN
 from .command import Option, any_number, not_negative, percent, positive
 
-FLEET = Path("exidyn-fleet")
-"""Default folder of a fleet's results."""
 ROBOT_FILES = f"robot.toml, {NAMED}, or built in: {', '.join(builtin_names())}"
 
 
@@ -52,14 +50,6 @@ BODY = (
     ),
 )
 """Options of the payload on the flange."""
-ALARMS = Option(
-    "--alarms-per-arm-year N",
-    "accepted false alarms, over all parameters of an arm; 0.1 is one in ten years",
-    positive,
-    0.1,
-)
-
-
 FREE = Option("--free RUN...", "runs without contact that the fit has not used, for the threshold", Path, [])
 ALARMS_PER_HOUR = Option("--alarms-per-hour N", "accepted false alarms of contact; default: 1", positive, 1.0)
 

@@ -79,19 +79,19 @@ def test_words_of_a_reading():
     units = JointUnits.of(two_joint_files.NOMINAL.robot)
     info = Info(0.002, "host", ("position", "current"))
     external = External(np.array([0.5, -7.25]), np.array([3.0, 2.0]), np.array([1.0, np.nan, -9.0]), (1,), 2)
-    text = line(reading, units, info, 1.0, [external])
+    text = line(reading, units, info, 1.0, external)
     assert "external torque 0.50 -7.25 N m; CONTACT: elbow; force on the flange 1.0 - -9.0 N" in text
-    rows = table_lines(reading, units, info, 1.0, [], [external])
+    rows = table_lines(reading, units, info, 1.0, [], external)
     assert rows[3].split()[-3:-1] == ["-7.25", "2.00"]
     assert "CONTACT: elbow" in rows
     assert "contacts so far: 2" in rows
-    content = json.loads(json_line(reading, units, 1.0, [external]))
+    content = json.loads(json_line(reading, units, 1.0, external))
     assert content["external_torque"] == [0.5, -7.25]
     assert (content["contact"], content["contacts"], content["force"]) == (["elbow"], 2, [1.0, None, -9.0])
     assert "external_torque" not in json.loads(json_line(reading, units, 1.0))
     hint = "no threshold of contact: state runs without contact with --free"
     assert hint not in text
-    assert hint in line(reading, units, info, 1.0, [external._replace(contact_from=np.full(2, np.nan))])
+    assert hint in line(reading, units, info, 1.0, external._replace(contact_from=np.full(2, np.nan)))
 
 
 @pytest.mark.clocked(patient=True)
