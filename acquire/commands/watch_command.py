@@ -20,7 +20,6 @@ from ..arguments.command import Command, Group, Option, positive, print_warning
 from ..arguments.controllers import CONTROLLER, read_controller
 from ..arguments.options import (
     ALARMS_PER_HOUR,
-    BANDWIDTH_OPTION,
     FREE,
     JSON,
     payload_name,
@@ -50,25 +49,23 @@ STEP = 0.05
     (
         "exidyn watch --controller cell.toml                        # positions in radians",
         "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
-        "exidyn watch --controller cell.toml --seconds 10 --json -  # one line of JSON per reading",
-        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap --view  # contacts",
+        "exidyn watch --controller cell.toml --length 10 --json -   # one line of JSON per reading",
+        "exidyn watch --controller cell.toml --fit fit.json --free free.mcap --view  # contacts",
     ),
     (
         robot_option("for degrees and limits; without it radians"),
         *CONTROLLER,
-        Option("--seconds S", "duration; default: until Ctrl-C", positive),
-        Option("--every S", f"time between readings; default: {REDRAW:g}, lines {LINES:g}", positive),
+        Option("--length S", "duration; default: until Ctrl-C", positive),
         Group(
             "external torque and contact, by a fit (exidyn contact)",
             (
-                Option("--contact FIT", "fit.json of exidyn identify", Path),
+                Option("--fit FIT", "fit.json of exidyn identify", Path),
                 FREE,
                 ALARMS_PER_HOUR,
-                BANDWIDTH_OPTION,
                 Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
             ),
         ),
-        Group("live view of the external torques (with --contact)", VIEW),
+        Group("live view of the external torques (with --fit)", VIEW),
         JSON,
     ),
 )
@@ -100,30 +97,30 @@ def watch_command(args: Namespace) -> None:
 def _targets(args: Namespace) -> Targets:
     """Targets of the live view, checked before any work is done."""
     targets = Targets(args.view, args.serve, args.save)
-    if targets.any and args.contact is None:
+    if targets.any and args.fit is None:
         raise BadSettings(
-            "--view, --serve and --save show external torques; name the fit with --contact. "
+            "--view, --serve and --save show external torques; name the fit with --fit. "
             "exidyn record shows a run that it records"
         )
     require_showable(targets)
     if args.save is not None:
-        require_apart(args.save, "--save", [args.contact, *args.free])
+        require_apart(args.save, "--save", [args.fit, *args.free])
     return targets
 
 
 def _contact(args: Namespace) -> "LiveContact | None":
-    if args.contact is None:
+    if args.fit is None:
         if args.free:
-            raise BadSettings("--free is for a threshold of contact; name the fit with --contact")
+            raise BadSettings("--free is for a threshold of contact; name the fit with --fit")
         return None
     from exidyn.identification.fit.fit_file import read_fit
     from exidyn.identification.recordings.importers import import_source
 
     from ..terminal.live_contact import LiveContact
 
-    fit = read_fit(args.contact)
+    fit = read_fit(args.fit)
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    return LiveContact(fit, free, args.payload, args.alarms_per_hour, args.bandwidth)
+    return LiveContact(fit, free, args.payload, args.alarms_per_hour)
 
 
 def _driver(args: Namespace, contact: "LiveContact | None") -> tuple[Driver, JointUnits]:
@@ -154,7 +151,7 @@ def _model(args: Namespace, contact: "LiveContact | None") -> Model | None:
     model = read_model(args.robot)
     if contact is None:
         return model
-    source, other = f"--contact {args.contact}", contact.fit.model.robot
+    source, other = f"--fit {args.fit}", contact.fit.model.robot
     if model.robot.joints != other.joints:
         first, second = (", ".join(robot.joints) for robot in (model.robot, other))
         raise BadSettings(f"--robot has joints {first}, but {source} has {second}")
@@ -166,11 +163,11 @@ def _model(args: Namespace, contact: "LiveContact | None") -> Model | None:
 def _readings(args: Namespace, listener: Listener, requests: StopRequests) -> Iterator[tuple[float, Reading]]:
     """Time since the first reading [s] and a reading, until a stop is requested or time is up."""
     tabular = args.json is None and sys.stdout.isatty()
-    period = args.every or (REDRAW if tabular else LINES)
+    period = REDRAW if tabular else LINES
     began, due = None, time.monotonic()
     while requests.look() is None:
         now = time.monotonic()
-        over = began is not None and args.seconds is not None and now - began >= args.seconds
+        over = began is not None and args.length is not None and now - began >= args.length
         if (now >= due or over) and (reading := listener.look()) is not None:
             began, due = now if began is None else began, now + period
             yield now - began, reading

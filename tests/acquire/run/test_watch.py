@@ -29,7 +29,7 @@ from ...peers.driver_peers import peer_of
 
 pytestmark = pytest.mark.clocked
 
-SHORT = ["--seconds", "1.0"]
+SHORT = ["--length", "1.0"]
 """Long enough for a few answers from a peer whose process has to wait on a busy machine."""
 
 
@@ -85,7 +85,7 @@ def test_what_was_heard_before_the_end_is_shown_and_then_why_it_ended(error):
 
 
 def test_without_a_terminal_it_is_a_line_a_reading(capsys):
-    assert main(["watch", "--robot", "cobot", "--every", "0.1", *SHORT]) == 0
+    assert main(["watch", "--robot", "cobot", "--length", "2.0"]) == 0
     printed = capsys.readouterr()
     lines = printed.out.splitlines()
     assert len(lines) >= 2
