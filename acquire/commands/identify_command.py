@@ -9,7 +9,7 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import summary
+from exidyn.identification.pages.fit_document import report_html, summary
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -127,11 +127,9 @@ def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], 
 
 def _write(fit: Fit, args: Namespace) -> None:
     """Write fit.json and report.html, show or save the view, and print the paths on standard error."""
-    from exidyn.identification.pages.fit_document import write_report
-
     folder = args.output
     write_fit(fit, folder / "fit.json")
-    write_report(fit, folder / "report.html")
+    (folder / "report.html").write_text(report_html(fit), encoding="utf-8")
     print_written(folder / "fit.json", folder / "report.html")
     if args.view or args.save:
         from ..views.fit_view import fit_view  # Rerun takes a second to import

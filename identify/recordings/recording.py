@@ -9,9 +9,11 @@ import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
+from ..effects import known_parameters
 from ..errors import RecordingError, WrongShape
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
+from ..robot_files.robot_file import read_model
 
 SIGNALS: dict[str, str] = {
     "position": "rad",
@@ -256,7 +258,7 @@ class Recording(InNotebook):
     @classmethod
     def from_arrays(
         cls,
-        robot: "Model | Path | str",
+        robot: Model | Path | str,
         t: Any,
         q: Any,
         *,
@@ -290,14 +292,10 @@ class Recording(InNotebook):
         Raises:
             WrongShape: The shapes of the arrays do not match each other or the robot.
         """
-        from ..effects import known_parameters
-        from ..robot_files.robot_file import read_model
-        from .from_arrays import signals_of
-
         arrays = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
         body = None if mass is None else KnownPayload(known=known_parameters(mass, com))
         model = read_model(robot) if isinstance(robot, Path | str) else robot
-        return cls(name, model, signals_of(t, arrays, degrees), payload=body)
+        return cls(name, model, _signals(t, arrays, degrees), payload=body)
 
     @property
     def robot(self) -> Robot:
@@ -352,3 +350,21 @@ class Recording(InNotebook):
     def with_warnings(self, *warnings: str) -> "Recording":
         """Recording with more warnings; existing warnings are not repeated."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *warnings))))
+
+
+def _signals(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Signal]:
+    """Signals from arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; skips None."""
+    time = np.asarray(t, float)
+    signals = {}
+    for name, values in arrays.items():
+        if values is None:
+            continue
+        turned = degrees and SIGNALS.get(name, "").startswith("rad")
+        array = np.asarray(values, float) * (np.pi / 180.0 if turned else 1.0)
+        if time.ndim != 1 or array.shape[:1] != time.shape or array.ndim > 2:
+            raise WrongShape(
+                f"{name} has shape {array.shape} and t {time.shape}; expected (t, n) and (t,): one row per "
+                "sample, one column per joint"
+            )
+        signals[name] = Signal(time - time[:1].sum(), array.reshape(len(time), -1))
+    return signals

@@ -1,17 +1,12 @@
-"""Diagnosis: findings, what remains unexplained, and what the findings improve.
+"""Diagnosis: findings, what remains unexplained, and what the findings improve."""
 
-Verdict, model and page come from higher layers, which are therefore imported only when asked for.
-"""
-
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from ...errors import ExidynError
+from ...model import Model
 from ...notebook import InNotebook, counted, optional
 from ...result_file import NOT_IN_FILE
 from ...schema import Number, Real
@@ -20,7 +15,7 @@ from .finding import Finding
 from .residuals import Budget, Change, Hinted, Located, Remainder
 
 if TYPE_CHECKING:
-    from ...model import Model
+    from pathlib import Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +116,14 @@ class Diagnosis(InNotebook):
     simulated: Simulated | None = None
     evidence: Evidence | None = field(default=None, metadata=NOT_IN_FILE)
 
+    if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
+        verdict: ClassVar[str]
+        model: ClassVar[Model]
+
+        def to_json(self) -> dict[str, Any]: ...
+        def save(self, path: Path | str) -> Path: ...
+        def report(self, path: Path | str) -> Path: ...
+
     @property
     def all_findings(self) -> tuple[Finding, ...]:
         """Findings, undecided ones last."""
@@ -131,39 +134,6 @@ class Diagnosis(InNotebook):
         """Whether something is missing that has no name here."""
         unnamed = [finding for finding in self.undecided if not finding.family]
         return bool(self.remainders or unnamed) or not all(finding.listed for finding in self.findings)
-
-    @property
-    def verdict(self) -> str:
-        """Missing effects and their certainty, in sentences."""
-        from ..words.verdict import verdict
-
-        return "\n".join(verdict(self))
-
-    @property
-    def model(self) -> "Model":
-        """The model with all findings that a model can hold.
-
-        Raises:
-            ExidynError: The diagnosis comes from a file and has no model.
-        """
-        from ..improved.improved import found_model
-
-        model = found_model(self)
-        if model is None:
-            raise ExidynError("this diagnosis was read from a file, which does not contain its model")
-        return model
-
-    def to_json(self) -> dict[str, Any]:
-        """Content of the file that `exidyn diagnose --json` writes, as a dictionary."""
-        from ..words.diagnosis_file import as_json
-
-        return as_json(self)
-
-    def save(self, path: Path | str) -> Path:
-        """Write the diagnosis as JSON and return the path."""
-        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
-        Path(path).write_text(text, encoding="utf-8")
-        return Path(path)
 
     def to_dataframe(self) -> Any:
         """Parameters of all findings as a pandas table with one row per parameter.
@@ -187,13 +157,6 @@ class Diagnosis(InNotebook):
             for name, number in finding.parameters.items()
         ]
         return optional("pandas", "a table").DataFrame(rows)
-
-    def report(self, path: Path | str) -> Path:
-        """Write the diagnosis as one HTML page and return the path."""
-        from ...pages.diagnosis_document import report_html
-
-        Path(path).write_text(report_html(self), encoding="utf-8")
-        return Path(path)
 
     def __repr__(self) -> str:
         number = counted(len(self.findings), "finding")
