@@ -42,19 +42,12 @@ def _units(feedforward: Feedforward, turning: str) -> str:
 
 
 class Function(NamedTuple):
-    """A function of joint states that returns one number per joint.
+    """A function of joint states that returns one number per joint."""
 
-    Attributes:
-        name: Name of the function in the file.
-        arguments: Names of its arguments, each with one number per joint.
-        meaning: What it returns, a noun phrase.
-        lines: Body of the function.
-    """
-
-    name: str
-    arguments: tuple[str, ...]
-    meaning: str
-    lines: Lines
+    name: str  # name of the function in the file
+    arguments: tuple[str, ...]  # names of its arguments, each with one number per joint
+    meaning: str  # what it returns, a noun phrase
+    lines: Lines  # body of the function
 
 
 def functions(dynamics: Dynamics, unit: str, language: Language) -> list[Function]:

@@ -120,38 +120,24 @@ class KnownPayload:
 
 @dataclass(frozen=True)
 class Event:
-    """An event during a run.
+    """An event during a run."""
 
-    Attributes:
-        time: Time on the recording's time axis [s].
-        kind: Kind of the event, such as "driver", "stage", "stop", "late" or "warning".
-        text: Description in one sentence.
-        details: Joint, value, limit, unit and level of a stop, if known.
-    """
-
-    time: float
-    kind: str
-    text: str
+    time: float  # time on the recording's time axis [s]
+    kind: str  # kind of the event, such as "driver", "stage", "stop", "late" or "warning"
+    text: str  # description in one sentence
+    # Joint, value, limit, unit and level of a stop, if known.
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """Timing of the cycles of the control loop, arrays of shape (t,).
+    """Timing of the cycles of the control loop, arrays of shape (t,)."""
 
-    Attributes:
-        time: Time on the recording's time axis [s].
-        lateness: Delay of the start of each cycle [s].
-        skipped: Number of cycles missed before each cycle.
-        stage: Stage of the run, as an index into `stages`.
-        stages: Names of the stages.
-    """
-
-    time: np.ndarray
-    lateness: np.ndarray
-    skipped: np.ndarray
-    stage: np.ndarray
-    stages: tuple[str, ...] = ()
+    time: np.ndarray  # time on the recording's time axis [s]
+    lateness: np.ndarray  # delay of the start of each cycle [s]
+    skipped: np.ndarray  # number of cycles missed before each cycle
+    stage: np.ndarray  # stage of the run, as an index into `stages`
+    stages: tuple[str, ...] = ()  # names of the stages
 
     def __post_init__(self) -> None:
         arrays = {name: np.array(getattr(self, name), np.int64) for name in ("skipped", "stage")}
@@ -167,17 +153,11 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class ControllerState:
-    """State that the controller reported, such as its safety mode.
+    """State that the controller reported, such as its safety mode."""
 
-    Attributes:
-        time: Time on the recording's time axis, shape (t,) [s].
-        values: Values with one column per name, shape (t, k); NaN if unknown.
-        words: Name -> meaning of its codes; empty for a plain number.
-    """
-
-    time: np.ndarray
-    values: np.ndarray
-    words: Mapping[str, Mapping[int, str]]
+    time: np.ndarray  # time on the recording's time axis, shape (t,) [s]
+    values: np.ndarray  # values with one column per name, shape (t, k); NaN if unknown
+    words: Mapping[str, Mapping[int, str]]  # name -> meaning of its codes; empty for a plain number
 
     def __post_init__(self) -> None:
         time, values = _to_nanoseconds(self.time), np.array(self.values, float)

@@ -20,41 +20,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A time at which a run differs from the model as at no other.
+    """A time at which a run differs from the model as at no other."""
 
-    Attributes:
-        run: Name of the run.
-        start: Beginning, in the run's time [s].
-        end: End [s].
-        joints: Joints that differ, from 0.
-        direction: Direction of the force on the flange that explains most of it, in the base's axes, shape
-            (3,) [-]; NaN where one joint alone differs.
-        force: Size of that force [N].
-    """
-
-    run: str
-    start: Real
-    end: Real
-    joints: tuple[int, ...]
+    run: str  # name of the run
+    start: Real  # beginning, in the run's time [s]
+    end: Real  # end [s]
+    joints: tuple[int, ...]  # joints that differ, from 0
+    # Direction of the force on the flange that explains most of it, in the base's axes, shape (3,) [-]; NaN
+    # where one joint alone differs.
     direction: np.ndarray
-    force: Real
+    force: Real  # size of that force [N]
 
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """How a simulated run agrees with its recording.
+    """How a simulated run agrees with its recording."""
 
-    Attributes:
-        run: Name of the run.
-        torque_rms_before: Simulated minus recorded torque of the nominal arm, shape (n,) [N m].
-        torque_rms_after: Simulated minus recorded torque of the arm with findings, shape (n,) [N m].
-        left_out: Effects of findings that the simulation does not contain.
-    """
-
-    run: str
-    torque_rms_before: np.ndarray
-    torque_rms_after: np.ndarray
-    left_out: tuple[str, ...]
+    run: str  # name of the run
+    torque_rms_before: np.ndarray  # simulated minus recorded torque of the nominal arm, shape (n,) [N m]
+    torque_rms_after: np.ndarray  # simulated minus recorded torque of the arm with findings, shape (n,) [N m]
+    left_out: tuple[str, ...]  # effects of findings that the simulation does not contain
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
