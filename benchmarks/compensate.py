@@ -19,7 +19,7 @@ from parts.real.servo_masses import GAIN, TOLERANCE
 
 from exidyn.identification.dynamics.dynamics import Dynamics
 from exidyn.identification.effects import LoadDependentFriction
-from exidyn.identification.feedforward.feedforward import SHARE, Feedforward
+from exidyn.identification.feedforward.feedforward import SHARE, Feedforward, make_feedforward
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.robot_files.robot_file import read_model
@@ -33,7 +33,7 @@ def of_arm(data: DataSet, quick: bool) -> tuple[dict[str, Any], Feedforward]:
     """Figures of an arm's held-out runs, and its feedforward."""
     train, held_out = (data.train[:2], data.held_out[:1]) if quick else (data.train, data.held_out)
     fit = identify([data.run(name) for name in train], filtering=data.filtering)
-    return left(data.key, fit, [data.run(name) for name in held_out]), fit.feedforward()
+    return left(data.key, fit, [data.run(name) for name in held_out]), make_feedforward(fit)
 
 
 def of_servo(body: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import summary
+from exidyn.identification.pages.fit_document import report_html, summary
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source

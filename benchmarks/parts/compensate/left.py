@@ -11,7 +11,7 @@ import numpy as np
 from common import show
 
 from exidyn.identification.arm.motion import Motion
-from exidyn.identification.feedforward.feedforward import Feedforward
+from exidyn.identification.feedforward.feedforward import Feedforward, make_feedforward
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.preparation.prepare import Prepared, prepare
 from exidyn.identification.recordings.recording import Recording
@@ -22,7 +22,7 @@ WHAT = ("gravity", "gravity and friction", "compensation", "inverse dynamics")
 
 def left(name: str, fit: Fit, runs: Sequence[Recording]) -> dict[str, Any]:
     """A table: root mean square torque of all runs, and the share of it that is left [%]."""
-    feedforward = fit.feedforward()
+    feedforward = make_feedforward(fit)
     squares = np.array([_squares(feedforward, prepare(run, fit.filtering)) for run in runs]).sum(axis=0)
     counts, measured, *rest = squares
     rms = np.sqrt(measured / np.maximum(counts, 1.0))

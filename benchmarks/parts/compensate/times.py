@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 from common import show
 
+from exidyn.identification.feedforward.cpp_file import cpp_file
 from exidyn.identification.feedforward.feedforward import Feedforward
+from exidyn.identification.feedforward.python_file import python_file
 
 NAMES = {"gravity": 1, "compensation": 2, "inverse_dynamics": 3}
 """Function -> number of its arguments."""
@@ -55,7 +57,7 @@ def times(name: str, feedforward: Feedforward, calls: int) -> dict[str, Any]:
 
 def _python(feedforward: Feedforward, function: str, calls: int) -> float:
     scope: dict[str, Any] = {}
-    exec(compile(feedforward.python(), "feedforward.py", "exec"), scope)
+    exec(compile(python_file(feedforward), "feedforward.py", "exec"), scope)
     call: Callable[..., np.ndarray] = scope[function]
     q = 0.1 * np.arange(feedforward.robot.dof) + 0.2
     least = np.inf
@@ -71,7 +73,7 @@ def _cpp(feedforward: Feedforward, calls: int) -> dict[str, float]:
     """Microseconds of each function; empty without a compiler."""
     if shutil.which("g++") is None:
         return {}
-    header = feedforward.cpp()
+    header = cpp_file(feedforward)
     space = header.partition("namespace ")[2].split()[0]
     text = MAIN.replace("NAMESPACE", space).replace("CALLS", str(calls)).replace("ROUNDS", str(ROUNDS))
     with TemporaryDirectory() as name:

@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 
 from exidyn.acquire.command_line import main
 from exidyn.identification.contact.contact import contact
-from exidyn.identification.contact.contact_file import CONTACT_FROM, FORCE, SETTING, TORQUE
+from exidyn.identification.contact.contact_file import CONTACT_FROM, FORCE, SETTING, TORQUE, write_contact
 from exidyn.identification.errors import NotAFile, RecordingError
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.recordings.mcap import cdr
@@ -40,7 +40,7 @@ def files(result, tmp_path_factory):
     """Paths of the recording and of its copy with external torques."""
     folder = tmp_path_factory.mktemp("contact")
     write_recording(loaded(), folder / "loaded.mcap")
-    return folder / "loaded.mcap", result.save(folder / "copy.mcap", folder / "loaded.mcap")
+    return folder / "loaded.mcap", write_contact(result, folder / "copy.mcap", folder / "loaded.mcap")
 
 
 def messages(path):
@@ -136,16 +136,16 @@ def test_without_drive_gains_torques_are_in_amperes_and_there_is_no_force(files,
 def test_a_copy_is_refused_that_would_be_wrong(files, result, tmp_path):
     target = tmp_path / "copy.mcap"
     with pytest.raises(RecordingError, match="already has external torques; use the original"):
-        result.save(target, files[1])
+        write_contact(result, target, files[1])
     with pytest.raises(RecordingError, match="exists, and recordings are not overwritten"):
-        result.save(files[0], files[0])
+        write_contact(result, files[0], files[0])
     with pytest.raises(RecordingError, match="is a recording of loaded, not of other"):
         replace(result, run="other").save(target, files[0])
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(files[0].read_bytes()[:-3000])
     with pytest.raises(RecordingError, match="Recover it first"):
-        result.save(target, cut)
+        write_contact(result, target, cut)
     (tmp_path / "run.csv").write_text("t,q1\n0,0\n")
     with pytest.raises(NotAFile, match="is not an MCAP file"):
-        result.save(target, tmp_path / "run.csv")
+        write_contact(result, target, tmp_path / "run.csv")
     assert not target.exists()

@@ -1,9 +1,13 @@
-"""Comment at the head of a feedforward's files: source, units, rule of friction, what is missing."""
+"""Parts that both files of a feedforward share: the comment at the head, and the functions as programs."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from exidyn import __version__
 
+from ..dynamics.dynamics import Dynamics
+from ..dynamics.program import Language, Lines, written
+from ..dynamics.traced import traced_state
 from ..text_table import paragraph
 from .feedforward import Feedforward
 
@@ -35,3 +39,27 @@ def _units(feedforward: Feedforward, turning: str) -> str:
     """Unit of all joints, or of each joint if they differ."""
     units = feedforward.robot.units(turning)
     return units[0] if len(set(units)) == 1 else ", ".join(units)
+
+
+class Function(NamedTuple):
+    """A function of joint states that returns one number per joint."""
+
+    name: str  # name of the function in the file
+    arguments: tuple[str, ...]  # names of its arguments, each with one number per joint
+    meaning: str  # what it returns, a noun phrase
+    lines: Lines  # body of the function
+
+
+def functions(dynamics: Dynamics, unit: str, language: Language) -> list[Function]:
+    """Inverse dynamics, holding torque and friction of an arm, in a language."""
+    tape, state = traced_state(dynamics.robot.dof)
+    warmth = ("temperature",) if dynamics.needs_temperature else ()
+    kinds = (
+        ("inverse_dynamics", ("q", "dq", "ddq"), dynamics.torque, "Joint torque of a motion"),
+        ("gravity", ("q",), dynamics.gravity_torque, "Joint torque that holds the arm at rest"),
+        ("friction", ("q", "dq"), dynamics.friction_torque, "Friction torque as identified, not reduced"),
+    )
+    return [
+        Function(name, arguments + warmth, f"{meaning} [{unit}].", written(tape, torque(state), language))
+        for name, arguments, torque, meaning in kinds
+    ]
