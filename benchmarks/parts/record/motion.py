@@ -52,8 +52,7 @@ class BenchArm:
 COBOT = BenchArm("cobot")
 FR3 = BenchArm(str(Path(peer_process.__file__).with_name("fr3.toml")))
 """Of a driver whose controller has seven joints."""
-ROBOT, MODEL, LIMITS, START = COBOT.file, COBOT.model, COBOT.limits, COBOT.start
-JOINTS = MODEL.robot.dof
+ROBOT, MODEL, START = COBOT.file, COBOT.model, COBOT.start
 TICK = 0.02
 """Of the motions [s]: a whole number of every controller's cycles."""
 PLANNED = 8.0
@@ -65,12 +64,11 @@ REST = 0.5
 
 
 @cache
-def motion(seconds: float, search: float = 5.0, arm: BenchArm = COBOT) -> Trajectory:
+def motion(seconds: float, arm: BenchArm = COBOT) -> Trajectory:
     """A motion of some `seconds`, from the middle of the range and back, inside all limits.
 
     Args:
         seconds: About how long it lasts [s].
-        search: How long a better one is looked for, where it is planned [s].
         arm: That moves.
     """
     if seconds < PLANNED:
@@ -78,7 +76,7 @@ def motion(seconds: float, search: float = 5.0, arm: BenchArm = COBOT) -> Trajec
     period = min(10.0, 0.5 * TICK * round(seconds / TICK))
     exciting = max(seconds - 4.0, period)  # the rest is rest, and the ways there and back
     wishes = Wishes(seconds=exciting, period=period, start=arm.start, tick=TICK, rest=REST)
-    return plan(arm.model, wishes, starts=1, seconds=search)[0].trajectory
+    return plan(arm.model, wishes, starts=1, seconds=5.0)[0].trajectory
 
 
 def _random(seconds: float, arm: BenchArm) -> Trajectory:

@@ -14,13 +14,12 @@ from common import show
 from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Driver
 
-from ..controllers import ARMS, CONTROLLERS, NoBus, controller
-from ..motion import COBOT, job
-from ..run import Ran, cpu_time, run
+from .controllers import ARMS, CONTROLLERS, NoBus, controller
 from .floor import Floor, floor
-from .krc import echo, latencies, report, timeouts
+from .motion import COBOT, job
 from .processors import APART, move_away, on_the_loops
-from .receivers import fci, rtde
+from .run import Ran, cpu_time, run
+from .sessions import echo, fci, latencies, report, rtde, timeouts
 
 SESSIONS = {"kuka_rsi": echo, "ur_rtde": rtde, "franka": fci}
 """Floors of drivers whose controller has the clock."""
