@@ -138,8 +138,8 @@ def _figaroh(
         ("one row in ten, its defaults", Settings()),
         ("one row in ten, its best filter", Settings.best(decimation=10)),
     ):
-        taken, fit = best(repeats, lambda s=settings: arm.identify(position, torque, 500.0, s))
-        worst = float(np.max(fit.relative_residual))
+        taken, residual = best(repeats, lambda s=settings: arm.identify(position, torque, 500.0, s))
+        worst = float(np.max(residual))
         rows.append(["identification", f"FIGAROH, {name}", taken, taken / fitting, worst])
         speedups[name] = taken / fitting
     return {

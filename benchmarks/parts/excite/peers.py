@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from .arm import RATE, Arm, States, Verdict
+from .arm import ALLOWED, RATE, Arm, States, Verdict
 
 DURATION = 12.0
 """Length of every trajectory: six moves of two seconds in FIGAROH's UR10 example [s]."""
@@ -24,13 +24,8 @@ SEARCH_RATE = 20.0
 """Samples a second while searching, as in FIGAROH's UR10 example [Hz]."""
 CONSTRAINT_SAMPLES = 24
 """Of the limits that SLSQP sees, a period of the highest harmonic: a peak between is at most 0.9 % higher."""
-CLEARANCE_RATE = 5.0
-"""Samples a second at which SLSQP sees the clearance of the links [Hz]; FIGAROH sees one a way-point."""
-CLEARANCE = 0.01
-"""Between links that are not neighbours, FIGAROH's default, which it keeps at its way-points [m]."""
-SCREEN = 0.1
-"""Clearance beyond which it makes no difference how far links are apart [m]."""
-Clock = Callable[[], float]
+CLOCK = time.process_time
+"""Clock of all tools: CPU time of their process."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +35,7 @@ class PeerResult:
     Attributes:
         name: Which tool.
         condition: Of the best trajectory that keeps to the limits; infinite where there is none.
-        seconds: Time it took, by the clock it was given [s].
+        seconds: CPU time it took [s].
         history: When it first held a feasible trajectory so good: seconds, condition number.
         note: What it did and what its best trajectory violates.
     """
@@ -57,19 +52,17 @@ class Best:
     """Judges candidates in the order in which they were found, and keeps the best feasible one."""
 
     arm: Arm
-    collisions: bool
     history: list[tuple[float, float]] = field(default_factory=list)
-    states: States | None = None
     verdict: Verdict | None = None
     infeasible: int = 0
 
     def offer(self, seconds: float, states: States) -> None:
         """Judge a candidate found after so many seconds."""
-        verdict = self.arm.judge(states, self.collisions)
-        if not verdict.feasible(self.collisions):
+        verdict = self.arm.judge(states)
+        if verdict.excess > ALLOWED:
             self.infeasible += 1
         elif self.verdict is None or verdict.condition < self.verdict.condition:
-            self.states, self.verdict = states, verdict
+            self.verdict = verdict
             self.history.append((seconds, verdict.condition))
 
     def result(self, name: str, seconds: float, notes: Iterable[str]) -> PeerResult:
@@ -77,11 +70,10 @@ class Best:
         parts = [*notes]
         if self.infeasible:
             parts.append(f"{self.infeasible} candidates outside the limits")
-        if self.verdict and self.states:
-            whole = self.verdict._replace(collisions=self.arm.collisions(self.states.position))
-            parts += [f"its best: {breaches}"] if (breaches := whole.breaches()) else []
         if not self.verdict:
             parts.append("nothing feasible found")
+        elif self.verdict.excess > 1e-6:  # rounding
+            parts.append(f"its best: {100 * self.verdict.excess:.2g} % over the {self.verdict.where}")
         condition = self.verdict.condition if self.verdict else np.inf
         return PeerResult(name, condition, seconds, self.history, "; ".join(parts))
 
@@ -113,24 +105,21 @@ def random_search(
     budget_seconds: float,
     seed: int,
     harmonics: int,
-    *,
-    collisions: bool = False,
-    clock: Clock = time.perf_counter,
 ) -> PeerResult:
     """Best of as many random series, scaled into the limits, as the budget allows."""
     random, grid = np.random.default_rng(seed), Series(arm.dof, harmonics, SEARCH_RATE)
-    found, best, tried, start = [], np.inf, 0, clock()
-    while clock() - start < budget_seconds:
+    found, best, tried, start = [], np.inf, 0, CLOCK()
+    while CLOCK() - start < budget_seconds:
         tried += 1
         coefficients = random_coefficients(arm, grid, random)
         if coefficients is None:
             continue
         states = grid.at(coefficients)
         condition = arm.condition(*states)
-        if condition < best and not (collisions and not arm.clear(states.position)):
+        if condition < best:
             best = condition
-            found.append((clock() - start, coefficients))
-    return _judged("random search", arm, found, clock() - start, [f"{tried} tried"], grid, collisions)
+            found.append((CLOCK() - start, coefficients))
+    return _judged("random search", arm, found, CLOCK() - start, [f"{tried} tried"], grid)
 
 
 def random_coefficients(arm: Arm, grid: Series, random: np.random.Generator) -> np.ndarray | None:
@@ -162,21 +151,17 @@ def slsqp(
     budget_seconds: float,
     seed: int,
     harmonics: int,
-    *,
-    collisions: bool = False,
-    clock: Clock = time.perf_counter,
 ) -> PeerResult:
     """SciPy's SLSQP with two-point differences on the condition number, from random starts.
 
-    Position, velocity and torque limits are sampled inequality constraints, and so is, if `collisions`
-    count, the clearance of every pair of links; starts are clear then.
+    Position, velocity and torque limits are sampled inequality constraints.
     """
     random, grid = np.random.default_rng(seed), Series(arm.dof, harmonics, SEARCH_RATE)
     found: list[tuple[float, np.ndarray]] = []
-    start = clock()
+    start = CLOCK()
 
     def in_time(function: Callable[[np.ndarray], Any], coefficients: np.ndarray) -> Any:
-        if clock() - start > budget_seconds:  # one gradient of the clearances takes minutes
+        if CLOCK() - start > budget_seconds:
             raise _Expired
         return function(coefficients)
 
@@ -184,13 +169,13 @@ def slsqp(
         return arm.condition(*grid.at(coefficients))
 
     def keep(coefficients: np.ndarray) -> None:
-        found.append((clock() - start, coefficients.copy()))
+        found.append((CLOCK() - start, coefficients.copy()))
 
-    limits, starts, finished = _Limits(arm, harmonics, collisions), 0, 0
+    limits, starts, finished = _Limits(arm, harmonics), 0, 0
     try:
-        while clock() - start < budget_seconds:
+        while CLOCK() - start < budget_seconds:
             guess = random_coefficients(arm, grid, random)
-            if guess is None or (collisions and not arm.clear(grid.at(guess).position)):
+            if guess is None:
                 continue
             starts += 1
             keep(guess)
@@ -206,20 +191,15 @@ def slsqp(
     except _Expired:
         pass
     notes = [f"{starts} starts, {finished} of them ended, {len(found) - starts} iterations"]
-    return _judged("finite-difference SLSQP", arm, found, clock() - start, notes, grid, collisions)
+    return _judged("finite-difference SLSQP", arm, found, CLOCK() - start, notes, grid)
 
 
 class _Limits:
-    """How far position, velocity and torque are inside their limits, as shares of them, at samples.
+    """How far position, velocity and torque are inside their limits, as shares of them, at samples."""
 
-    And how far the hulls of every pair of links are apart beyond `CLEARANCE`, as a share of `SCREEN`, if
-    `collisions` count.
-    """
-
-    def __init__(self, arm: Arm, harmonics: int, collisions: bool) -> None:
+    def __init__(self, arm: Arm, harmonics: int) -> None:
         rate = CONSTRAINT_SAMPLES * harmonics / DURATION
-        self.arm, self.grid, self.collisions = arm, Series(arm.dof, harmonics, rate), collisions
-        self.clearances = slice(None, None, round(rate / CLEARANCE_RATE))
+        self.arm, self.grid = arm, Series(arm.dof, harmonics, rate)
         limits = arm.limits
         self.middle = 0.5 * (limits.position_lower + limits.position_upper)
         self.half = 0.5 * (limits.position_upper - limits.position_lower)
@@ -231,12 +211,7 @@ class _Limits:
             states.velocity / limits.velocity,
             self.arm.torque(states) / limits.torque,
         ]
-        rows = [side.ravel() for share in shares for side in (1 - share, 1 + share)]
-        if self.collisions:
-            seen = states.position[self.clearances]
-            apart = np.minimum(self.arm.clearance(seen), SCREEN)
-            rows.append((apart - CLEARANCE) / SCREEN)
-        return np.concatenate(rows)
+        return np.concatenate([side.ravel() for share in shares for side in (1 - share, 1 + share)])
 
 
 def _judged(
@@ -246,9 +221,8 @@ def _judged(
     seconds: float,
     notes: list[str],
     grid: Series,
-    collisions: bool,
 ) -> PeerResult:
-    best, dense = Best(arm, collisions), Series(arm.dof, grid.harmonics, RATE)
+    best, dense = Best(arm), Series(arm.dof, grid.harmonics, RATE)
     for when, coefficients in found:
         best.offer(when, dense.at(coefficients))
     return best.result(name, seconds, notes)

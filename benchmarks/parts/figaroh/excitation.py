@@ -6,17 +6,16 @@ to the limits, even those of an attempt that it calls failed or that the budget 
 """
 
 import multiprocessing
-import time
 import warnings
 
 from ..excite.arm import Arm
-from ..excite.peers import Best, Clock, PeerResult
+from ..excite.peers import Best, PeerResult
 from .peer import why_absent as why_no_figaroh
 from .trajectory import FigarohRun, FigarohSettings, work
 
 GRACE = 20.0
-"""How many times its budget, and one minute, the process may live before it is taken for hung: its clock may
-count CPU seconds on a busy machine."""
+"""How many times its budget, and one minute, the process may live before it is taken for hung: it counts CPU
+seconds, on a machine that may be busy."""
 
 
 def why_absent() -> str:
@@ -33,29 +32,11 @@ def why_absent() -> str:
     return ""
 
 
-def figaroh(
-    arm: Arm,
-    budget_seconds: float,
-    seed: int,
-    *,
-    settings: FigarohSettings | None = None,
-    clock: Clock = time.perf_counter,
-) -> PeerResult:
-    """FIGAROH's optimal trajectory within a budget.
-
-    Args:
-        arm: Robot and limits.
-        budget_seconds: By the clock, from the call of its `solve` [s].
-        seed: Of its random numbers.
-        settings: FIGAROH's UR10 example unless given.
-        clock: `time.perf_counter`, or `time.process_time` of its process.
-    """
-    if absent := why_absent():
-        raise ImportError(absent)
-    settings = settings or FigarohSettings()
+def figaroh(arm: Arm, budget_seconds: float, seed: int, settings: FigarohSettings) -> PeerResult:
+    """FIGAROH's optimal trajectory within a budget of CPU time from the call of its `solve` [s]."""
     spawn = multiprocessing.get_context("spawn")
     ours, theirs = spawn.Pipe(duplex=False)
-    process = spawn.Process(target=work, args=(theirs, arm, budget_seconds, seed, settings, clock))
+    process = spawn.Process(target=work, args=(theirs, arm, budget_seconds, seed, settings))
     process.start()
     theirs.close()
     try:
@@ -74,7 +55,7 @@ def figaroh(
 
 
 def _result(arm: Arm, settings: FigarohSettings, run: FigarohRun) -> PeerResult:
-    best = Best(arm, settings.collisions)
+    best = Best(arm)
     for seconds, states in run.iterates:
         best.offer(seconds, states)
     parts = [

@@ -17,7 +17,6 @@ import json
 import tempfile
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,13 +30,11 @@ class Settings(NamedTuple):
         cutoff: Of the low-pass filter on positions; FIGAROH's default is 100 [Hz].
         decimation: One row kept of so many; FIGAROH's default is 10, and 1 keeps all.
         edge: Left out at both ends after filtering [s].
-        weighted: Refine by weighted least squares.
     """
 
     cutoff: float = 100.0
     decimation: int = 10
     edge: float = 0.0
-    weighted: bool = False
 
     @classmethod
     def best(cls, decimation: int = 10) -> "Settings":
@@ -47,25 +44,6 @@ class Settings(NamedTuple):
         periods of that filter, after which its start is forgotten.
         """
         return cls(cutoff=10.0, decimation=decimation, edge=1.0)
-
-
-@dataclass(frozen=True)
-class FigarohFit:
-    """What FIGAROH found.
-
-    Attributes:
-        names: Base parameters as FIGAROH writes them, b of them.
-        values: Shape (b,).
-        relative_std: Standard deviation over value, shape (b,) [%].
-        relative_residual: Norm of residual over norm of torque, in the rows that were fitted, shape (n,) [-].
-        residual_rms: Root mean square of the same residual, shape (n,) [N m].
-    """
-
-    names: tuple[str, ...]
-    values: np.ndarray
-    relative_std: np.ndarray
-    relative_residual: np.ndarray
-    residual_rms: np.ndarray
 
 
 def why_absent() -> str:
@@ -99,17 +77,16 @@ class FigarohArm:
         return build_regressor_basic(self.robot, position, velocity, acceleration, chosen)
 
     def identify(
-        self, position: np.ndarray, torque: np.ndarray, rate: float, settings: Settings | None = None
-    ) -> FigarohFit:
-        """FIGAROH's whole identification with statistics, without its plots and files.
+        self, position: np.ndarray, torque: np.ndarray, rate: float, settings: Settings
+    ) -> np.ndarray:
+        """Relative residual of FIGAROH's whole identification with statistics, shape (n,) [-].
 
         Args:
             position: Shape (t, n) [rad].
             torque: Shape (t, n) [N m].
             rate: Samples a second [Hz].
-            settings: FIGAROH's defaults unless given.
+            settings: What its user chooses.
         """
-        settings = settings or Settings()
         recording = self._recording(position, torque, rate, settings.edge)
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
             file = Path(folder) / "arm.yaml"
@@ -123,9 +100,9 @@ class FigarohArm:
                 decimate=settings.decimation > 1,
                 decimation_factor=settings.decimation,
                 plotting=False,
-                wls=settings.weighted,
+                wls=False,
             )
-        return _fit(work, len(self.joints))
+        return _relative_residual(work, len(self.joints))
 
     def _recording(self, position: np.ndarray, torque: np.ndarray, rate: float, edge: float) -> Any:
         from figaroh.data.trajectory import JOINT_TORQUE, TrajectoryData
@@ -171,14 +148,8 @@ def _configuration(joints: tuple[str, ...], rate: float, cutoff: float) -> dict[
     }
 
 
-def _fit(work: Any, joints: int) -> FigarohFit:
-    """Result of a solved identification; its rows are all those of joint 1, then of joint 2, and so on."""
+def _relative_residual(work: Any, joints: int) -> np.ndarray:
+    """Norm of residual over norm of torque; rows are all those of joint 1, then of joint 2, and so on."""
     torque = work.tau_noised.reshape(joints, -1)
     residual = torque - work.tau_identif.reshape(joints, -1)
-    return FigarohFit(
-        tuple(work.params_base),
-        np.asarray(work.phi_base),
-        np.asarray(work.result.get("wls_std_deviations", work.std_relative)),
-        np.linalg.norm(residual, axis=1) / np.linalg.norm(torque, axis=1),
-        np.sqrt(np.mean(residual**2, axis=1)),
-    )
+    return np.asarray(np.linalg.norm(residual, axis=1) / np.linalg.norm(torque, axis=1))

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from ..excite.arm import RATE, Arm, States
-from ..excite.peers import DURATION, Clock
+from ..excite.peers import CLOCK, DURATION
 
 WAY_POINTS = 7
 """Of FIGAROH's UR10 example, two seconds apart."""
@@ -34,15 +34,11 @@ class FigarohSettings(NamedTuple):
     """What a user of FIGAROH chooses; the defaults are those of its UR10 example.
 
     Attributes:
-        collisions: With the collision geometry, at exact distances only below the `screen`.
-        screen: Clearance above which a pair counts as clear; FIGAROH offers it for speed [m].
         way_points: In the same time; more give it more freedom.
         unit_columns: Minimise the condition number that is judged here, of our base columns scaled to
             unit length, in place of FIGAROH's own of its base columns as they are.
     """
 
-    collisions: bool = False
-    screen: float | None = 0.02
     unit_columns: bool = False
     way_points: int = WAY_POINTS
 
@@ -54,8 +50,6 @@ class FigarohSettings(NamedTuple):
             parts.append("with this criterion")
         if self.way_points != WAY_POINTS:
             parts.append(f"{self.way_points} way-points")
-        if self.collisions:
-            parts.append("clear of itself")
         return ", ".join(parts)
 
 
@@ -70,14 +64,12 @@ class FigarohRun:
     complaints: list[str] = field(default_factory=list)
 
 
-def work(
-    pipe: Connection, arm: Arm, budget: float, seed: int, settings: FigarohSettings, clock: Clock
-) -> NoReturn:
+def work(pipe: Connection, arm: Arm, budget: float, seed: int, settings: FigarohSettings) -> NoReturn:
     """The process: attempts until the budget is used up, then report and end from wherever it is."""
     _silence()
     warnings.simplefilter("ignore")  # two of its dependencies register the same converters
     try:
-        watch = _Watch(pipe, budget, clock)
+        watch = _Watch(pipe, budget)
         np.random.seed(seed)  # noqa: NPY002 -- FIGAROH draws from the global generator
         figaroh = _prepared(arm, settings, watch)
         watch.start()
@@ -101,9 +93,9 @@ def _silence() -> None:
 class _Watch(logging.Handler):
     """Keeps FIGAROH's iterates and complaints, and ends the process when the budget is used up."""
 
-    def __init__(self, pipe: Connection, budget: float, clock: Clock) -> None:
+    def __init__(self, pipe: Connection, budget: float) -> None:
         super().__init__(logging.WARNING)
-        self.pipe, self.budget, self.clock = pipe, budget, clock
+        self.pipe, self.budget = pipe, budget
         self.began = np.inf
         self.attempts = self.accepted = 0
         self.iterates: list[tuple[float, Any, np.ndarray]] = []
@@ -116,20 +108,20 @@ class _Watch(logging.Handler):
 
     def start(self) -> None:
         """Count from now on; FIGAROH calls nothing of ours while it looks for clear way-points."""
-        self.began = self.clock()
+        self.began = CLOCK()
         signal.signal(signal.SIGALRM, lambda *_: self.look())
         signal.setitimer(signal.ITIMER_REAL, TICK, TICK)
 
     def keep(self, problem: Any, way_points: np.ndarray) -> None:
         """Remember an iterate."""
-        self.iterates.append((self.clock() - self.began, problem, np.array(way_points, float)))
+        self.iterates.append((CLOCK() - self.began, problem, np.array(way_points, float)))
 
     def look(self) -> None:
         """Report and end the process if the budget is used up."""
-        if self.clock() - self.began < self.budget:
+        if CLOCK() - self.began < self.budget:
             return
         signal.setitimer(signal.ITIMER_REAL, 0.0)  # not again while it reports
-        seconds = self.clock() - self.began
+        seconds = CLOCK() - self.began
         within = [kept for kept in self.iterates if kept[0] <= self.budget]
         sampled = [(when, _sampled(problem, x)) for when, problem, x in within]
         self.pipe.send(FigarohRun(sampled, seconds, self.attempts, self.accepted, self.complaints))
@@ -151,8 +143,7 @@ def _prepared(arm: Arm, settings: FigarohSettings, watch: _Watch) -> Any:
     from figaroh.tools.load_robot import load_robot
 
     robot = load_robot(str(arm.urdf), package_dirs=str(arm.packages), load_by_urdf=True)
-    if not settings.collisions:
-        robot.geom_model = None
+    robot.geom_model = None
     joints = list(arm.model.robot.joints)
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         file = Path(folder) / "arm.yaml"
@@ -223,9 +214,7 @@ def _same_columns(arm: Arm, states: States, theirs: np.ndarray) -> np.ndarray:
 def _configuration(joints: list[str], margin: float, settings: FigarohSettings) -> dict[str, Any]:
     """FIGAROH's unified configuration with the settings of its UR10 example."""
     components = {"friction": False, "actuator_inertia": False, "joint_offset": False}
-    problem: dict[str, Any] = {"soft_lim": margin, "max_attempts": 500, "max_iterations": 100}
-    if settings.collisions:
-        problem["collision_screen"] = settings.screen
+    problem = {"soft_lim": margin, "max_attempts": 500, "max_iterations": 100}
     apart = DURATION / (settings.way_points - 1)
     trajectory = {"waypoints": settings.way_points, "frequency": 20, "segment_duration": apart}
     unknown = [0.0] * len(joints)
