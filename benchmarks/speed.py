@@ -21,7 +21,6 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 import numpy as np
 from common import options, save, show
 from parts.figaroh.peer import FigarohArm, Settings, why_absent
-from parts.own_logs.engine import check_before_fit
 from parts.regressor_floor import regressor_floor
 
 from exidyn.identification.arm.motion import Motion
@@ -29,6 +28,7 @@ from exidyn.identification.fit.estimators import weighted
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
+from exidyn.identification.plausible.gate import doubts
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model, urdf_text
@@ -91,7 +91,7 @@ def against_peers(repeats: int) -> dict[str, float]:
     ours, _ = best(repeats, lambda: our_regressor(model, motion))
     fitting, fit = best(repeats, lambda: our_fit(model, motion.time, position, torque))
     run = recording(model, motion.time, position, torque)
-    checking, _ = best(repeats, lambda: check_before_fit([run], model))
+    checking, _ = best(repeats, lambda: doubts([run], model))
     residual = fit.agreement[0].relative
     rows = [
         ["regressor", "bare Pinocchio loop", floor, 1.0, None],

@@ -173,17 +173,6 @@ SIX = Arm(
     1.0,
     (0.0, 0.6, 0.9, 0.2, 0.0, 0.0),
 )
-SEVEN = Arm(
-    "seven",
-    (
-        *SIX.bodies[:2],
-        Body("elbow_roll", "joint2", (0.0, -0.1, 0.4), Z, 3.0, (0.02, 0.03, 0.1)),
-        SIX.bodies[2]._replace(parent="elbow_roll", origin=(0.0, -0.04, 0.21)),
-        *SIX.bodies[3:],
-    ),
-    1.0,
-    (0.0, 0.6, 0.0, 0.9, 0.2, 0.0, 0.0),
-)
 SERVO = Arm(
     "servo_arm",
     (

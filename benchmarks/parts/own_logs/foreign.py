@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .known import Known
 from .logs import Log, Samples, recorded, simulated
+from .sets import Known
 
 Write = Callable[[Samples, Path], tuple[Path, Known]]
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identification.arm.motion import Motion
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.robot_text import urdf_text
 
-from .known import Known
-from .sets import SETS, RealSet
+from .arms import fourier
+from .sets import SETS, Known, RealSet
 
 
 @dataclass(frozen=True)
@@ -80,17 +79,13 @@ def simulated() -> Samples:
     model = read_model("cobot")
     rng, n = np.random.default_rng(3), model.robot.dof
     time = np.arange(15000) / 500.0
-    rate = 2 * np.pi * np.arange(1, 6) / 10.0
-    size = rng.normal(size=(2, n, len(rate))) * 0.35 / (1 + np.arange(len(rate)))
-    middle = np.array([0.0, -1.5, 0.5, -1.0, 0.5, 0.0])
-    sine, cosine = np.sin(time[:, None] * rate), np.cos(time[:, None] * rate)
-    position = middle + sine @ size[0].T + cosine @ size[1].T
-    velocity = cosine @ (size[0] * rate).T - sine @ (size[1] * rate).T
-    acceleration = -sine @ (size[0] * rate**2).T - cosine @ (size[1] * rate**2).T
-    motion = model.loaded(Motion.of(time, position, velocity, acceleration))
-    current = model.torque(motion, model.nominal_values) / model.robot.drive_gain
+    middle = [0.0, -1.5, 0.5, -1.0, 0.5, 0.0]
+    motion = fourier(middle, time, 3, 0.35)
+    rng.normal(size=(2, n, 5))  # the numbers of that motion
+    position = motion.position
+    current = model.torque(model.loaded(motion), model.nominal_values) / model.robot.drive_gain
     current += 0.02 * current.std(axis=0) * rng.normal(size=current.shape)
     step = 2 * np.pi / 2**19
     position = np.round(position / step) * step
     gain = model.robot.drive_gain
-    return Samples(time, position, velocity, current, model.robot.joints, urdf_text(model), gain)
+    return Samples(time, position, motion.velocity, current, model.robot.joints, urdf_text(model), gain)

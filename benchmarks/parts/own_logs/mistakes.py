@@ -14,20 +14,12 @@ from .scenes import Columns, Scene, cobot
 
 Step = tuple[str, ...]
 """Words of one command; {folder}, {log}, {arm} and {robot} in them stand for paths."""
-INIT: Step = (
-    "init",
-    "{log}",
-    "--urdf",
-    "{arm}",
-    "-o",
-    "{folder}/init/robot.toml",
-    "--preset",
-    "{folder}/init/preset.toml",
-    "--json",
-    "{folder}/init/init.json",
+INIT: Step = tuple(
+    "init {log} --urdf {arm} -o {folder}/init/robot.toml --preset {folder}/init/preset.toml "
+    "--json {folder}/init/init.json".split()
 )
-IMPORT: Step = ("import", "{log}", "--robot", "{robot}", "-o", "{folder}/run.mcap")
-IDENTIFY: Step = ("identify", "{folder}/run.mcap", "-o", "{folder}/fit")
+IMPORT: Step = tuple("import {log} --robot {robot} -o {folder}/run.mcap".split())
+IDENTIFY: Step = tuple("identify {folder}/run.mcap -o {folder}/fit".split())
 WALK = (INIT, IMPORT, IDENTIFY)
 
 

@@ -116,26 +116,14 @@ def _stiff_mjcf() -> str:
     return SERVO.mjcf('kp="998" kv="2.7" forcerange="-3.35 3.35"', 'damping="0" armature="0.02"')
 
 
-LOADED: Step = ("import", "{folder}/loaded.csv", "--robot", "{robot}", "-o", "{folder}/loaded.mcap")
-WITH_PAYLOAD: Step = (
-    "identify",
-    "{folder}/run.mcap",
-    "--payload",
-    "{folder}/loaded.mcap",
-    "-o",
-    "{folder}/fit",
+LOADED: Step = tuple("import {folder}/loaded.csv --robot {robot} -o {folder}/loaded.mcap".split())
+WITH_PAYLOAD: Step = tuple(
+    "identify {folder}/run.mcap --payload {folder}/loaded.mcap -o {folder}/fit".split()
 )
-OTHER: Step = (
-    "import",
-    "{folder}/other.csv",
-    "--robot",
-    "{robot}",
-    "-o",
-    "{folder}/other.mcap",
-    "--effort",
-    "command",
+OTHER: Step = tuple(
+    "import {folder}/other.csv --robot {robot} -o {folder}/other.mcap --effort command".split()
 )
-GAP: Step = ("gap", "{robot}", "{folder}/run.mcap", "--validate", "{folder}/other.mcap", "-o", "{folder}/gap")
+GAP: Step = tuple("gap {robot} {folder}/run.mcap --validate {folder}/other.mcap -o {folder}/gap".split())
 GEARS = 'format = 1\nurdf = "arm.urdf"\n[drive]\ngear_ratio = 100\n'
 GRAVITY_ABSENT = (
     r"(lack|without|miss|compensat|contain no|hold no).{0,60}(gravity|weight)"

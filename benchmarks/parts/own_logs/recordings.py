@@ -9,8 +9,7 @@ from exidyn.identification.errors import ExidynError
 from exidyn.identification.recordings.recording import Recording
 
 from ..real.data import piece
-from .commands import proposal_of, run
-from .engine import claims_about
+from .commands import claims_about, proposal_of, run
 from .sets import RealSet
 from .statements import Statement, of_init
 

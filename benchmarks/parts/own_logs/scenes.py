@@ -9,8 +9,8 @@ import numpy as np
 from exidyn.identification.robot_files.robot_file import read_model
 
 from .arms import LEGS, SERVO, SIX, Arm, fourier, torques
-from .known import Known
 from .logs import simulated
+from .sets import Known
 
 Columns = dict[str, np.ndarray]
 """Samples of a log by the names of its columns, each of shape (t,)."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .known import Known
+from .sets import Known
 
 CERTAIN, SURE = 0.95, 0.99
 """Stated probabilities above which a statement counts as certain, and as more than certain."""

@@ -23,15 +23,18 @@ def show_logs(logs: Sequence[Case]) -> None:
     for case in logs:
         false = [one for one in statements_of([case]) if one.probability > CERTAIN and one.true is False]
         following = {None: "none", "": "works"}.get(case.get("next"), "FAILS")
-        numbers = [case.get("residual", np.nan), len(case.get("contradicting", [])), case.get("compared", 0)]
-        rows.append(
-            [case["log"], following, len(false), len(case.get("open", [])), *numbers, case["seconds"]["init"]]
-        )
-    head = ["right log", "Next", "false", "open", "residual", "contradictions", "of numbers", "init CPU s"]
+        numbers = [
+            len(false),
+            len(case.get("open", [])),
+            case.get("residual", np.nan),
+            case["seconds"]["init"],
+        ]
+        rows.append([case["log"], following, *numbers])
+    head = ["right log", "Next", "false", "open", "residual", "init CPU s"]
     show("From file and URDF to a fit, as init proposes", head, rows)
     for case in logs:
         following = f"Next: {case['next']}" if case.get("next") else ""
-        for fault in (*case.get("contradicting", [])[:3], *filter(None, (case.get("failed"), following))):
+        for fault in filter(None, (case.get("failed"), following)):
             print(f"  {case['log']}: {fault}")
 
 
@@ -75,10 +78,6 @@ def show_statements(cases: Sequence[Case]) -> list[list[Any]]:
     return table
 
 
-def _name(case: Case) -> str:
-    return next(case[key] for key in ("log", "set", "mistake") if key in case)
-
-
 def summary(sets: list[Case], logs: list[Case], right: list[Case], wrong: list[Case]) -> Case:
     """The figures of all cases."""
     good, every = [*sets, *logs, *right], [*sets, *logs, *right, *wrong]
@@ -105,6 +104,4 @@ def summary(sets: list[Case], logs: list[Case], right: list[Case], wrong: list[C
         "init_fails": sum(case.get("failed", "").startswith("init") for case in logs),
         "of_logs": len(logs),
         "checked": sum(case["checked"] for case in sets),
-        "contradictions": sum(len(case.get("contradicting", [])) for case in logs),
-        "compared": sum(case.get("compared", 0) for case in logs),
     }

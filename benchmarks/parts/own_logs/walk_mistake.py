@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .commands import proposal_of, run, run_next
-from .engine import Claim, claims_in
+from .commands import Claim, claims_in, proposal_of, run, run_next
 from .mistakes import INIT, WALK, Mistake
 from .scenes import Columns, Scene, built_in_urdf
 from .statements import Statement, altered, of_init
