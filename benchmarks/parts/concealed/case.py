@@ -37,29 +37,17 @@ BEYOND = 0.5
 
 @dataclass(frozen=True)
 class Draw:
-    """A case before it is simulated.
+    """A case before it is simulated."""
 
-    Attributes:
-        name: Of the case.
-        arm: Key of ARMS.
-        kind: none, single, double or outside.
-        tier: Key of TIERS; empty for none.
-        effects: What is concealed, in order.
-        wanted: Visibility of each.
-        seed: Of everything random in it.
-        seconds: Length of a run.
-        tries: Simulations to find the strength that is visible as wanted.
-    """
-
-    name: str
-    arm: str
-    kind: str
-    tier: str
-    effects: tuple[str, ...]
-    wanted: tuple[float, ...]
-    seed: int
-    seconds: float = SECONDS
-    tries: int = 4
+    name: str  # Of the case
+    arm: str  # Key of ARMS
+    kind: str  # none, single, double or outside
+    tier: str  # Key of TIERS; empty for none
+    effects: tuple[str, ...]  # What is concealed, in order
+    wanted: tuple[float, ...]  # Visibility of each
+    seed: int  # Of everything random in it
+    seconds: float = SECONDS  # Length of a run
+    tries: int = 4  # Simulations to find the strength that is visible as wanted
 
 
 def draw(

@@ -18,22 +18,15 @@ SHOWN_IN = ("identify_b", "slow")
 
 @dataclass(frozen=True)
 class Strength:
-    """What a strength is worth.
+    """What a strength is worth."""
 
-    Attributes:
-        value: That of the effect's own scale.
-        visibility: Rms of the effect's torque over the noise floor, both below 25 Hz, on the joint and in the
-            run where it is largest [-].
-        by_joint: The same for every joint, (n,).
-        beyond_prior: Of that, what the owner's priors cannot take up, (n,).
-        evidence: Gain in chi-squared by knowing the effect [-].
-    """
-
-    value: float
+    value: float  # That of the effect's own scale
+    # Rms of the effect's torque over the noise floor, both below 25 Hz, on the joint and in the run where it
+    # is largest [-]
     visibility: float
-    by_joint: np.ndarray
-    beyond_prior: np.ndarray
-    evidence: float
+    by_joint: np.ndarray  # The same for every joint, (n,)
+    beyond_prior: np.ndarray  # Of that, what the owner's priors cannot take up, (n,)
+    evidence: float  # Gain in chi-squared by knowing the effect [-]
 
 
 class Bench:

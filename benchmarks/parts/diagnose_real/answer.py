@@ -28,25 +28,15 @@ STATES = 256
 
 @dataclass(frozen=True)
 class Named:
-    """One finding.
+    """One finding."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Names of where it acts.
-        probability: Stated.
-        size: Its numbers, in words.
-        verdict: "known", "false" or "unverified"; "undecided" where it was not named.
-        why: Why it is false; what it might be instead where it is undecided.
-        instead: Probability of the most credible other name where it is undecided.
-    """
-
-    effect: str
-    joints: str
-    probability: float
-    size: str
-    verdict: str
-    why: str = ""
-    instead: float = 0.0
+    effect: str  # Name in the vocabulary
+    joints: str  # Names of where it acts
+    probability: float  # Stated
+    size: str  # Its numbers, in words
+    verdict: str  # "known", "false" or "unverified"; "undecided" where it was not named
+    why: str = ""  # Why it is false; what it might be instead where it is undecided
+    instead: float = 0.0  # Probability of the most credible other name where it is undecided
 
 
 def kept(key: str, folder: Path | None, twice: bool) -> dict[str, Any]:

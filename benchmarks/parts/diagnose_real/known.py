@@ -20,29 +20,21 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Known:
-    """One effect that a set is known to have.
+    """One effect that a set is known to have."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Where, from 0.
-        how: It is known.
-        size: In words.
-        sizes: Number of a finding -> lowest and highest known value.
-        shape: Number of a finding -> where it has to be for the finding to be this effect.
-        first: Whether the first finding of that effect has to be this one.
-        expected: Whether it is a miss where it is not named. A name of any other is right, and its absence is
-            no miss: it is small, or shown by one method only.
-        term: Of a joint's name, the effect by which a plain fit shows it; None where it is shown otherwise.
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    how: str
-    size: str
+    effect: str  # Name in the vocabulary
+    joints: tuple[int, ...]  # Where, from 0
+    how: str  # It is known
+    size: str  # In words
+    # Number of a finding -> lowest and highest known value
     sizes: Mapping[str, Range] = field(default_factory=dict)
+    # Number of a finding -> where it has to be for the finding to be this effect
     shape: Mapping[str, Range] = field(default_factory=dict)
-    first: bool = False
+    first: bool = False  # Whether the first finding of that effect has to be this one
+    # Whether it is a miss where it is not named. A name of any other is right, and its absence is no miss: it
+    # is small, or shown by one method only.
     expected: bool = True
+    # Of a joint's name, the effect by which a plain fit shows it; None where it is shown otherwise
     term: Callable[[str], Effect] | None = None
 
     def is_in(self, findings: Sequence[Finding]) -> Finding | None:

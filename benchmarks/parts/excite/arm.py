@@ -39,40 +39,24 @@ class States(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """Verdict of the judge on a trajectory.
+    """Verdict of the judge on a trajectory."""
 
-    Attributes:
-        condition: Condition number of the base regressor, columns scaled to unit length [-].
-        excess: Worst excess over a limit as a share of it; not above 0 where all are kept [-].
-        where: Which limit of which joint that is.
-    """
-
-    condition: float
-    excess: float
-    where: str
+    condition: float  # Condition number of the base regressor, columns scaled to unit length [-]
+    excess: float  # Worst excess over a limit as a share of it; not above 0 where all are kept [-]
+    where: str  # Which limit of which joint that is
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """One arm for all tools.
+    """One arm for all tools."""
 
-    Attributes:
-        name: What to call it.
-        model: Robot and rigid bodies.
-        urdf: File of the robot.
-        packages: Folder in which the mesh files named in it are found.
-        margin: Share of each limit's range that is kept clear at either end.
-        limits: Position, velocity and torque that every tool keeps to, the margin taken off.
-        base: Which columns remain.
-    """
-
-    name: str
-    model: Model
-    urdf: Path
-    packages: Path
-    margin: float
-    limits: Limits
-    base: BaseParameters
+    name: str  # What to call it
+    model: Model  # Robot and rigid bodies
+    urdf: Path  # File of the robot
+    packages: Path  # Folder in which the mesh files named in it are found
+    margin: float  # Share of each limit's range that is kept clear at either end
+    limits: Limits  # Position, velocity and torque that every tool keeps to, the margin taken off
+    base: BaseParameters  # Which columns remain
 
     @property
     def dof(self) -> int:

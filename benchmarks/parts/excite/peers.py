@@ -30,21 +30,14 @@ CLOCK = time.process_time
 
 @dataclass(frozen=True, eq=False)
 class PeerResult:
-    """What a tool reached.
+    """What a tool reached."""
 
-    Attributes:
-        name: Which tool.
-        condition: Of the best trajectory that keeps to the limits; infinite where there is none.
-        seconds: CPU time it took [s].
-        history: When it first held a feasible trajectory so good: seconds, condition number.
-        note: What it did and what its best trajectory violates.
-    """
-
-    name: str
-    condition: float
-    seconds: float
+    name: str  # Which tool
+    condition: float  # Of the best trajectory that keeps to the limits; infinite where there is none
+    seconds: float  # CPU time it took [s]
+    # When it first held a feasible trajectory so good: seconds, condition number
     history: list[tuple[float, float]]
-    note: str
+    note: str  # What it did and what its best trajectory violates
 
 
 @dataclass

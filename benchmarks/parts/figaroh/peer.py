@@ -24,17 +24,11 @@ import numpy as np
 
 
 class Settings(NamedTuple):
-    """What a user of FIGAROH chooses.
+    """What a user of FIGAROH chooses."""
 
-    Attributes:
-        cutoff: Of the low-pass filter on positions; FIGAROH's default is 100 [Hz].
-        decimation: One row kept of so many; FIGAROH's default is 10, and 1 keeps all.
-        edge: Left out at both ends after filtering [s].
-    """
-
-    cutoff: float = 100.0
-    decimation: int = 10
-    edge: float = 0.0
+    cutoff: float = 100.0  # Of the low-pass filter on positions; FIGAROH's default is 100 [Hz]
+    decimation: int = 10  # One row kept of so many; FIGAROH's default is 10, and 1 keeps all
+    edge: float = 0.0  # Left out at both ends after filtering [s]
 
     @classmethod
     def best(cls, decimation: int = 10) -> "Settings":

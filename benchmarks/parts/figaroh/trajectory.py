@@ -31,16 +31,12 @@ TICK = 0.5
 
 
 class FigarohSettings(NamedTuple):
-    """What a user of FIGAROH chooses; the defaults are those of its UR10 example.
+    """What a user of FIGAROH chooses; the defaults are those of its UR10 example."""
 
-    Attributes:
-        way_points: In the same time; more give it more freedom.
-        unit_columns: Minimise the condition number that is judged here, of our base columns scaled to
-            unit length, in place of FIGAROH's own of its base columns as they are.
-    """
-
+    # Minimise the condition number that is judged here, of our base columns scaled to unit length, in place
+    # of FIGAROH's own of its base columns as they are
     unit_columns: bool = False
-    way_points: int = WAY_POINTS
+    way_points: int = WAY_POINTS  # In the same time; more give it more freedom
 
     @property
     def name(self) -> str:

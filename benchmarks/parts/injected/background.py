@@ -22,15 +22,10 @@ STILL = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """The runs of one set.
+    """The runs of one set."""
 
-    Attributes:
-        model: Nominal model of the set.
-        runs: Role and recording.
-    """
-
-    model: Model
-    runs: Runs
+    model: Model  # Nominal model of the set
+    runs: Runs  # Role and recording
 
     @cached_property
     def motions(self) -> list[Motion]:

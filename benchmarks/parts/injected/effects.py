@@ -13,21 +13,13 @@ Torques = list[np.ndarray]
 
 
 class Added(NamedTuple):
-    """An effect's torque in every run, of unit size; None where it cannot be on this joint.
+    """An effect's torque in every run, of unit size; None where it cannot be on this joint."""
 
-    Attributes:
-        torques: Of each run, (t, n), as torque that the motor has to give.
-        joints: Where it is, from 0; empty where it belongs to the whole arm.
-        sized: Whether it has the size that it has.
-        most: Root mean square over that of the joint's torque, at most [-].
-        largest: Multiple of the unit size that physics allows.
-    """
-
-    torques: Torques
-    joints: tuple[int, ...]
-    sized: bool = False
-    most: float = 0.5
-    largest: float = np.inf
+    torques: Torques  # Of each run, (t, n), as torque that the motor has to give
+    joints: tuple[int, ...]  # Where it is, from 0; empty where it belongs to the whole arm
+    sized: bool = False  # Whether it has the size that it has
+    most: float = 0.5  # Root mean square over that of the joint's torque, at most [-]
+    largest: float = np.inf  # Multiple of the unit size that physics allows
 
 
 Effect = Callable[[Background, int, np.random.Generator], Added | None]

@@ -17,43 +17,25 @@ GYRATION = 0.06
 
 
 class Body(NamedTuple):
-    """One moving link, and the joint that carries it.
+    """One moving link, and the joint that carries it."""
 
-    Attributes:
-        joint: Name of the joint.
-        parent: Joint whose link carries this joint; "" for the base.
-        origin: Position of the joint in the parent's link [m].
-        axis: Axis of rotation.
-        mass: Mass of the link [kg].
-        center: Its center of mass in the joint's frame [m].
-    """
-
-    joint: str
-    parent: str
-    origin: tuple[float, float, float]
-    axis: tuple[int, int, int]
-    mass: float
-    center: tuple[float, float, float]
+    joint: str  # Name of the joint
+    parent: str  # Joint whose link carries this joint; "" for the base
+    origin: tuple[float, float, float]  # Position of the joint in the parent's link [m]
+    axis: tuple[int, int, int]  # Axis of rotation
+    mass: float  # Mass of the link [kg]
+    center: tuple[float, float, float]  # Its center of mass in the joint's frame [m]
 
 
 class Arm(NamedTuple):
-    """A table of bodies.
+    """A table of bodies."""
 
-    Attributes:
-        name: In its files.
-        bodies: Parents come before their children.
-        scale: Size of the bodies over that of a six-joint cobot [-].
-        middle: Posture about which it moves, shape (n,) [rad].
-        reach: Half of the range of each joint [rad].
-        speed: Largest permitted speed [rad/s].
-    """
-
-    name: str
-    bodies: tuple[Body, ...]
-    scale: float
-    middle: tuple[float, ...]
-    reach: float = 2.8
-    speed: float = 4.0
+    name: str  # In its files
+    bodies: tuple[Body, ...]  # Parents come before their children
+    scale: float  # Size of the bodies over that of a six-joint cobot [-]
+    middle: tuple[float, ...]  # Posture about which it moves, shape (n,) [rad]
+    reach: float = 2.8  # Half of the range of each joint [rad]
+    speed: float = 4.0  # Largest permitted speed [rad/s]
 
     @property
     def joints(self) -> tuple[str, ...]:

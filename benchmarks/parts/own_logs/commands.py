@@ -17,19 +17,12 @@ from exidyn.identification.recordings.recording import Recording
 
 
 class Output(NamedTuple):
-    """What a command did.
+    """What a command did."""
 
-    Attributes:
-        code: Exit code; 0 where it succeeded.
-        out: Standard output.
-        err: Standard error.
-        seconds: CPU time [s].
-    """
-
-    code: int
-    out: str
-    err: str
-    seconds: float
+    code: int  # Exit code; 0 where it succeeded
+    out: str  # Standard output
+    err: str  # Standard error
+    seconds: float  # CPU time [s]
 
     @property
     def text(self) -> str:
@@ -62,17 +55,11 @@ def run_next(proposal: dict[str, Any], folder: Path) -> str | None:
 
 
 class Claim(NamedTuple):
-    """What the check says about recordings.
+    """What the check says about recordings."""
 
-    Attributes:
-        text: The sentence that a person reads.
-        probability: Stated probability of that sentence.
-        refuses: Whether identify refuses the recordings because of it.
-    """
-
-    text: str
-    probability: float
-    refuses: bool
+    text: str  # The sentence that a person reads
+    probability: float  # Stated probability of that sentence
+    refuses: bool  # Whether identify refuses the recordings because of it
 
 
 PRINTED = re.compile(r"(\S.{0,300}?) \(probability (?:>|above)? ?([\d.]+) %\)")

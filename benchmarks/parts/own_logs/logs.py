@@ -34,14 +34,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Log:
-    """A log.
+    """A log."""
 
-    Attributes:
-        name: In the tables.
-        make: Writes it into a folder; returns the log, the robot's file, and what is true.
-    """
-
-    name: str
+    name: str  # In the tables
+    # Writes it into a folder; returns the log, the robot's file, and what is true
     make: Callable[[Path], tuple[Path, Path, Known]]
 
 

@@ -25,26 +25,16 @@ WALK = (INIT, IMPORT, IDENTIFY)
 
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake.
+    """One mistake."""
 
-    Attributes:
-        name: In the table.
-        make: Changes the columns of the right log.
-        says: Patterns that must all stand close together in what names the cure.
-        scene: The right log.
-        robot: Built-in robot, or text of robot.toml, stated in place of the right one.
-        options: Further options of import.
-        steps: Commands.
-        others: Makes further logs by their names, as a second run.
-    """
-
-    name: str
-    make: Callable[[Columns], Columns]
-    says: tuple[str, ...]
-    scene: Callable[[], Scene] = cobot
-    robot: str = ""
-    options: tuple[str, ...] = ()
-    steps: tuple[Step, ...] = WALK
+    name: str  # In the table
+    make: Callable[[Columns], Columns]  # Changes the columns of the right log
+    says: tuple[str, ...]  # Patterns that must all stand close together in what names the cure
+    scene: Callable[[], Scene] = cobot  # The right log
+    robot: str = ""  # Built-in robot, or text of robot.toml, stated in place of the right one
+    options: tuple[str, ...] = ()  # Further options of import
+    steps: tuple[Step, ...] = WALK  # Commands
+    # Makes further logs by their names, as a second run
     others: dict[str, Callable[[], Columns]] = field(default_factory=dict)
 
 

@@ -24,23 +24,15 @@ KP = 17.8
 
 @dataclass(frozen=True)
 class Scene:
-    """A right log of an arm.
+    """A right log of an arm."""
 
-    Attributes:
-        columns: The log.
-        known: What is true of it.
-        arm: The arm's URDF or MJCF.
-        robot: robot.toml by which it is imported; "" to import it by `arm`, or the name of a built-in robot.
-        effort: Option --effort of import.
-        joints: Names of the joints.
-    """
-
-    columns: Columns
-    known: Known
-    arm: str
+    columns: Columns  # The log
+    known: Known  # What is true of it
+    arm: str  # The arm's URDF or MJCF
+    # robot.toml by which it is imported; "" to import it by `arm`, or the name of a built-in robot
     robot: str
-    joints: tuple[str, ...]
-    effort: str = ""
+    joints: tuple[str, ...]  # Names of the joints
+    effort: str = ""  # Option --effort of import
 
     @property
     def suffix(self) -> str:

@@ -32,26 +32,18 @@ DIRECT = """<robot name="motor">
 
 @dataclass(frozen=True)
 class Known:
-    """What is true of a log.
+    """What is true of a log."""
 
-    Attributes:
-        time: Unit.
-        position: Unit.
-        velocity: Unit a second, "" without velocities.
-        effort: "torque" of the joints, "current" for anything that needs a gain, "command" where there is
-            none and servos follow commands; "" where nobody knows.
-        gain: Of the drives [N m per unit], shape (n,); None where nobody knows.
-        columns: Names by signal in the order of the robot's joints, those that must be found.
-        gravity: Whether the arm is known to stand as it is described.
-    """
-
-    time: str
-    position: str
-    velocity: str
+    time: str  # Unit
+    position: str  # Unit
+    velocity: str  # Unit a second, "" without velocities
+    # "torque" of the joints, "current" for anything that needs a gain, "command" where there is none and
+    # servos follow commands; "" where nobody knows
     effort: str
-    gain: np.ndarray | None
+    gain: np.ndarray | None  # Of the drives [N m per unit], shape (n,); None where nobody knows
+    # Names by signal in the order of the robot's joints, those that must be found
     columns: dict[str, list[str]]
-    gravity: bool = True
+    gravity: bool = True  # Whether the arm is known to stand as it is described
 
 
 GRAVITY = r"gravity|leans?|tilt|upside"
@@ -59,31 +51,19 @@ GRAVITY = r"gravity|leans?|tilt|upside"
 
 @dataclass(frozen=True)
 class RealSet:
-    """Recordings of one arm which are right by their README.
+    """Recordings of one arm which are right by their README."""
 
-    Attributes:
-        folder: Folder of the set.
-        runs: Names of its runs, or of those that represent many; the first stands for all with --quick.
-        robot: Its robot file, in its folder.
-        drive: Lines of robot.toml that state what the README says beside that file.
-        options: Options of the importer.
-        effort: What its efforts are, as in `Known`.
-        gain: Published gains of its drives; None where nobody knows.
-        alone: URDF by which init reads it; "" for its robot file.
-        facts: Pattern of statements that are true by the README.
-        open: Pattern of statements about which the README says that nobody knows.
-    """
-
-    folder: str
+    folder: str  # Folder of the set
+    # Names of its runs, or of those that represent many; the first stands for all with --quick
     runs: tuple[str, ...]
-    robot: str
-    drive: str = ""
-    options: dict[str, Any] = field(default_factory=dict)
-    effort: str = "torque"
-    gain: np.ndarray | None = None
-    alone: str = ""
-    facts: str = ""
-    open: str = ""
+    robot: str  # Its robot file, in its folder
+    drive: str = ""  # Lines of robot.toml that state what the README says beside that file
+    options: dict[str, Any] = field(default_factory=dict)  # Options of the importer
+    effort: str = "torque"  # What its efforts are, as in `Known`
+    gain: np.ndarray | None = None  # Published gains of its drives; None where nobody knows
+    alone: str = ""  # URDF by which init reads it; "" for its robot file
+    facts: str = ""  # Pattern of statements that are true by the README
+    open: str = ""  # Pattern of statements about which the README says that nobody knows
 
     @property
     def name(self) -> str:

@@ -31,19 +31,12 @@ UNITS = {
 
 
 class Statement(NamedTuple):
-    """A sentence that was printed.
+    """A sentence that was printed."""
 
-    Attributes:
-        where: Log and command.
-        text: What it says.
-        probability: As stated.
-        true: Whether it is true; None if nobody knows.
-    """
-
-    where: str
-    text: str
-    probability: float
-    true: bool | None
+    where: str  # Log and command
+    text: str  # What it says
+    probability: float  # As stated
+    true: bool | None  # Whether it is true; None if nobody knows
 
 
 def of_init(where: str, proposal: Mapping[str, Any], known: Known) -> list[Statement]:

@@ -14,25 +14,17 @@ from ..real.data import FOLDER
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm and the payloads that it carries.
+    """An arm and the payloads that it carries."""
 
-    Attributes:
-        name: Name in the tables.
-        source: Built-in name, or path in the folder of data.
-        masses: Payloads [kg].
-        size: Distance of a payload's points from the flange [m].
-        torque: Rated torque of each joint, which scales friction [N m]; 0 if the file states friction.
-        gain: Drive gain of each joint [N m/A]; 0 if torque is measured, or if the file states gains.
-        speed: Largest velocity [rad/s], if the file states no limits.
-    """
-
-    name: str
-    source: str
-    masses: tuple[float, ...]
-    size: float
+    name: str  # Name in the tables
+    source: str  # Built-in name, or path in the folder of data
+    masses: tuple[float, ...]  # Payloads [kg]
+    size: float  # Distance of a payload's points from the flange [m]
+    # Rated torque of each joint, which scales friction [N m]; 0 if the file states friction
     torque: tuple[float, ...] = ()
+    # Drive gain of each joint [N m/A]; 0 if torque is measured, or if the file states gains
     gain: float = 0.0
-    speed: float = 0.0
+    speed: float = 0.0  # Largest velocity [rad/s], if the file states no limits
 
     @property
     def there(self) -> bool:

@@ -34,33 +34,20 @@ KR300_TURNS = np.array([256.857, 267.429, 252.333, 221.0, 239.619, 154.323])
 
 @dataclass(frozen=True, eq=False)
 class DataSet:
-    """One arm's recordings, split as in its README.
+    """One arm's recordings, split as in its README."""
 
-    Attributes:
-        key: Name in the figures.
-        urdf: Path of the robot's description in the folder.
-        train: Names of the runs to fit.
-        held_out: Names of the runs that are only predicted.
-        yardstick: Relative residual of the README's plain least squares, a row a held-out run [-].
-        rate: Sample rate [Hz].
-        cutoff: Low-pass through which the README compares torques [Hz].
-        moving: Low-passed speed above which the README counts a sample of a joint [rad/s].
-        weighed: Whether the description holds inertias that can be trusted.
-        drives: What the description does not state of the drives, fields of `Robot`.
-        options: Of the importer.
-    """
-
-    key: str
-    urdf: str
-    train: tuple[str, ...]
-    held_out: tuple[str, ...]
-    yardstick: np.ndarray
-    rate: float
-    cutoff: float
-    moving: float
-    weighed: bool = True
+    key: str  # Name in the figures
+    urdf: str  # Path of the robot's description in the folder
+    train: tuple[str, ...]  # Names of the runs to fit
+    held_out: tuple[str, ...]  # Names of the runs that are only predicted
+    yardstick: np.ndarray  # Relative residual of the README's plain least squares, a row a held-out run [-]
+    rate: float  # Sample rate [Hz]
+    cutoff: float  # Low-pass through which the README compares torques [Hz]
+    moving: float  # Low-passed speed above which the README counts a sample of a joint [rad/s]
+    weighed: bool = True  # Whether the description holds inertias that can be trusted
+    # What the description does not state of the drives, fields of `Robot`
     drives: dict[str, Any] = field(default_factory=dict)
-    options: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)  # Of the importer
 
     @property
     def filtering(self) -> Filtering:

@@ -39,21 +39,15 @@ END = "the motion's end"
 
 
 class Fault(NamedTuple):
-    """A fault: its name, the driver, the end that it must have, and how it is made.
-
-    Attributes:
-        stop: Level of the stop that must follow; none if the run must bear the fault.
-        reasons: Kinds of stop that are allowed.
-        arguments: Further words of the peer's command line.
-        action: What is sent to the peer in the middle of the motion; "pause S" halts its process for S
-            seconds, "signal NAMES" sends signals to this process.
-    """
+    """A fault: its name, the driver, the end that it must have, and how it is made."""
 
     name: str
     driver: str
-    stop: StopLevel | None
-    reasons: tuple[str, ...] = ()
-    arguments: str = ""
+    stop: StopLevel | None  # Level of the stop that must follow; none if the run must bear the fault
+    reasons: tuple[str, ...] = ()  # Kinds of stop that are allowed
+    arguments: str = ""  # Further words of the peer's command line
+    # What is sent to the peer in the middle of the motion; "pause S" halts its process for S seconds, "signal
+    # NAMES" sends signals to this process
     action: str = ""
 
 

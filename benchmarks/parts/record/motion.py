@@ -21,13 +21,9 @@ from exidyn.trajectories.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class BenchArm:
-    """An arm that peers simulate.
+    """An arm that peers simulate."""
 
-    Attributes:
-        file: Of the robot, or its name.
-    """
-
-    file: str
+    file: str  # Of the robot, or its name
 
     @cached_property
     def model(self) -> Model:

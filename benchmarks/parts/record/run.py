@@ -20,25 +20,15 @@ from .motion import COBOT, FR3, BenchArm
 
 
 class Ran(NamedTuple):
-    """A run.
+    """A run."""
 
-    Attributes:
-        outcome: How it went.
-        path: Of the recording.
-        seconds: From opening the driver to closing it [s].
-        cpu: Of the loop's process in that time [s].
-        cpu_recorder: Of the recorder's [s].
-        refused: What the operating system refused of real time.
-        recorder: As the loop saw it.
-    """
-
-    outcome: Outcome
-    path: Path
-    seconds: float
-    cpu: float
-    cpu_recorder: float
-    refused: Sequence[str]
-    recorder: PipeSink
+    outcome: Outcome  # How it went
+    path: Path  # Of the recording
+    seconds: float  # From opening the driver to closing it [s]
+    cpu: float  # Of the loop's process in that time [s]
+    cpu_recorder: float  # Of the recorder's [s]
+    refused: Sequence[str]  # What the operating system refused of real time
+    recorder: PipeSink  # As the loop saw it
 
 
 def run(

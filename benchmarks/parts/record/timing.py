@@ -64,25 +64,15 @@ MEANING = f"""\
 
 @dataclass(frozen=True)
 class Measured:
-    """One driver's run and what belongs to it.
+    """One driver's run and what belongs to it."""
 
-    Attributes:
-        ran: The run.
-        lateness: Median, 99th percentile by blocks, and largest [us].
-        bare: The same of the floor.
-        bare_missed: Cycles that the floor missed.
-        cpu_peer: CPU time that the peer took [s].
-        krc: What the KUKA controller counted; empty for others.
-        bare_loop: What the floor is written in.
-    """
-
-    ran: Ran
-    lateness: tuple[float, float, float]
-    bare: tuple[float, float, float]
-    bare_missed: int
-    cpu_peer: float
-    krc: dict[str, Any]
-    bare_loop: str
+    ran: Ran  # The run
+    lateness: tuple[float, float, float]  # Median, 99th percentile by blocks, and largest [us]
+    bare: tuple[float, float, float]  # The same of the floor
+    bare_missed: int  # Cycles that the floor missed
+    cpu_peer: float  # CPU time that the peer took [s]
+    krc: dict[str, Any]  # What the KUKA controller counted; empty for others
+    bare_loop: str  # What the floor is written in
 
     @property
     def missed(self) -> int:

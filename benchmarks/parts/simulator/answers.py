@@ -9,31 +9,20 @@ from exidyn.identification.model import Model
 
 
 class Said(NamedTuple):
-    """What was said about an arm; joints are indices from 0.
+    """What was said about an arm; joints are indices from 0."""
 
-    Attributes:
-        findings: Effect and joint of each finding; joint -1 for a finding about the whole arm.
-        servos: Quantity and joint of each changed servo.
-        numbers: Attribute and joint of each changed number of the file, of a joint or of its body.
-        changed: Element and attribute of every change in the file, of servos too.
-        file: Text of the file.
-        attached: Text of the file to which effects are attached.
-        arm: Arm of those effects.
-        attaches: Whether there are such effects.
-        commands: What the simulation commands, "position" or "torque".
-        held: Whether commands are held from sample to sample.
-    """
-
+    # Effect and joint of each finding; joint -1 for a finding about the whole arm
     findings: frozenset[tuple[str, int]]
-    servos: frozenset[tuple[str, int]]
+    servos: frozenset[tuple[str, int]]  # Quantity and joint of each changed servo
+    # Attribute and joint of each changed number of the file, of a joint or of its body
     numbers: frozenset[tuple[str, int]]
-    changed: frozenset[tuple[str, str]]
-    file: bytes
-    attached: bytes
-    arm: Model
-    attaches: bool = False
-    commands: str = "position"
-    held: bool = False
+    changed: frozenset[tuple[str, str]]  # Element and attribute of every change in the file, of servos too
+    file: bytes  # Text of the file
+    attached: bytes  # Text of the file to which effects are attached
+    arm: Model  # Arm of those effects
+    attaches: bool = False  # Whether there are such effects
+    commands: str = "position"  # What the simulation commands, "position" or "torque"
+    held: bool = False  # Whether commands are held from sample to sample
 
 
 def said(result: Any, original: str) -> Said:

@@ -31,25 +31,15 @@ COARSE = ("dynamixel_2r", "so_arm100")
 
 
 class Arm(NamedTuple):
-    """A real arm and the logs that it leaves.
+    """A real arm and the logs that it leaves."""
 
-    Attributes:
-        name: Name of the arm.
-        path: Path of the user's file.
-        nominal: What the file describes.
-        items: What is concealed.
-        log: Effort of its logs, `TORQUE` or `COMMANDS`.
-        rate: Sampling rate [Hz].
-        temperature: Whether logs hold the motors' temperatures.
-    """
-
-    name: str
-    path: Path
-    nominal: Model
-    items: tuple[Item, ...]
-    log: str
-    rate: float = FAST
-    temperature: bool = False
+    name: str  # Name of the arm
+    path: Path  # Path of the user's file
+    nominal: Model  # What the file describes
+    items: tuple[Item, ...]  # What is concealed
+    log: str  # Effort of its logs, `TORQUE` or `COMMANDS`
+    rate: float = FAST  # Sampling rate [Hz]
+    temperature: bool = False  # Whether logs hold the motors' temperatures
 
     @property
     def encoder(self) -> float:

@@ -9,20 +9,13 @@ from .physics import Item, Values
 
 
 class Usual(NamedTuple):
-    """What one joint of the original file does in a random motion.
+    """What one joint of the original file does in a random motion."""
 
-    Attributes:
-        torque: RMS torque of the motor [N m].
-        friction: Smallest torque that counts as friction of its size: the file's own, or a share of `torque`
-            [N m].
-        velocity: RMS velocity [rad/s].
-        inertia: Inertia that the joint moves at the file's reference pose, with the rotor [kg m^2].
-    """
-
-    torque: float
+    torque: float  # RMS torque of the motor [N m]
+    # Smallest torque that counts as friction of its size: the file's own, or a share of `torque` [N m]
     friction: float
-    velocity: float
-    inertia: float
+    velocity: float  # RMS velocity [rad/s]
+    inertia: float  # Inertia that the joint moves at the file's reference pose, with the rotor [kg m^2]
 
 
 Draw = Callable[[np.random.Generator, Usual], Values]

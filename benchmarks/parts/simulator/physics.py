@@ -22,33 +22,20 @@ COLD = 25.0
 
 
 class Item(NamedTuple):
-    """One concealed thing.
+    """One concealed thing."""
 
-    Attributes:
-        kind: Key of `EDITS`, of `FORCES`, or "delay".
-        joints: Joints that have it, from 0; empty for the base.
-        values: Its values by name, in SI units.
-    """
-
-    kind: str
-    joints: tuple[int, ...]
-    values: dict[str, float]
+    kind: str  # Key of `EDITS`, of `FORCES`, or "delay"
+    joints: tuple[int, ...]  # Joints that have it, from 0; empty for the base
+    values: dict[str, float]  # Its values by name, in SI units
 
 
 class Place(NamedTuple):
-    """One joint of the robot in MuJoCo.
+    """One joint of the robot in MuJoCo."""
 
-    Attributes:
-        name: Name of the joint.
-        actuator: Index of its position servo.
-        qpos: Index of its position.
-        dof: Index of its degree of freedom.
-    """
-
-    name: str
-    actuator: int
-    qpos: int
-    dof: int
+    name: str  # Name of the joint
+    actuator: int  # Index of its position servo
+    qpos: int  # Index of its position
+    dof: int  # Index of its degree of freedom
 
 
 Values = dict[str, float]

@@ -17,23 +17,16 @@ SETTLE = 1.0
 
 
 class Motion(NamedTuple):
-    """What a real arm does; n joints, t samples, without the errors of sensors.
+    """What a real arm does; n joints, t samples, without the errors of sensors."""
 
-    Attributes:
-        time: Time, shape (t,) [s].
-        command: Commanded positions, shape (t, n) [rad].
-        position: Positions, shape (t, n) [rad].
-        velocity: Velocities, shape (t, n) [rad/s].
-        torque: Torques of the motors, means over a sampling period around each sample, shape (t, n) [N m].
-        sensed: What MuJoCo's sensors of these torques read, which take an implicit damping at the velocity
-            before the step, shape (t, n) [N m].
-    """
-
-    time: np.ndarray
-    command: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
+    time: np.ndarray  # Time, shape (t,) [s]
+    command: np.ndarray  # Commanded positions, shape (t, n) [rad]
+    position: np.ndarray  # Positions, shape (t, n) [rad]
+    velocity: np.ndarray  # Velocities, shape (t, n) [rad/s]
+    # Torques of the motors, means over a sampling period around each sample, shape (t, n) [N m]
     torque: np.ndarray
+    # What MuJoCo's sensors of these torques read, which take an implicit damping at the velocity before the
+    # step, shape (t, n) [N m]
     sensed: np.ndarray
 
 

@@ -52,33 +52,19 @@ GO2_LAW = (20.0, 1.5)
 
 @dataclass(frozen=True)
 class Recorded:
-    """Recordings of an arm, and the file that a user has of it.
+    """Recordings of an arm, and the file that a user has of it."""
 
-    Attributes:
-        name: Name of the arm.
-        folder: Folder of its recordings.
-        fitted: Runs that are fitted; "[a:b]" after a name is the part from a to b, in thirds.
-        held_out: Runs by which exidyn decides.
-        judges: Runs that judge; by default those held out, where there are no others.
-        mjcf: File of the arm, below the folder of data; empty if `text` has it.
-        text: Text of the file.
-        commands: What drives the simulation, `POSITION` or `TORQUE`.
-        gain: Drive gains; empty where torque was logged, or nothing [N m per unit].
-        joints: Names of the joints that move; empty for all.
-        columns: Options of the import.
-    """
-
-    name: str
-    folder: str
-    fitted: tuple[str, ...]
-    held_out: tuple[str, ...]
-    judges: tuple[str, ...] = ()
-    mjcf: str = ""
-    text: str = ""
-    commands: str = TORQUE
-    gain: tuple[float, ...] = ()
-    joints: tuple[str, ...] = ()
-    columns: Mapping[str, Any] = field(default_factory=dict)
+    name: str  # Name of the arm
+    folder: str  # Folder of its recordings
+    fitted: tuple[str, ...]  # Runs that are fitted; "[a:b]" after a name is the part from a to b, in thirds
+    held_out: tuple[str, ...]  # Runs by which exidyn decides
+    judges: tuple[str, ...] = ()  # Runs that judge; by default those held out, where there are no others
+    mjcf: str = ""  # File of the arm, below the folder of data; empty if `text` has it
+    text: str = ""  # Text of the file
+    commands: str = TORQUE  # What drives the simulation, `POSITION` or `TORQUE`
+    gain: tuple[float, ...] = ()  # Drive gains; empty where torque was logged, or nothing [N m per unit]
+    joints: tuple[str, ...] = ()  # Names of the joints that move; empty for all
+    columns: Mapping[str, Any] = field(default_factory=dict)  # Options of the import
 
 
 def pendulum(mass: float, length: float, arm: float, servo: Mapping[str, Any]) -> str:

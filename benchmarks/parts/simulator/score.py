@@ -52,17 +52,11 @@ SAME_IN_COMMANDS = {"kv": "damping", "viscous": "kv"}
 
 
 class Score(NamedTuple):
-    """Scores of one arm: kinds and joints.
+    """Scores of one arm: kinds and joints."""
 
-    Attributes:
-        concealed: Concealed items.
-        named: Those that are named.
-        false: What is named and was not concealed.
-    """
-
-    concealed: tuple[tuple[str, tuple[int, ...]], ...]
-    named: tuple[tuple[str, tuple[int, ...]], ...]
-    false: tuple[tuple[str, int], ...]
+    concealed: tuple[tuple[str, tuple[int, ...]], ...]  # Concealed items
+    named: tuple[tuple[str, tuple[int, ...]], ...]  # Those that are named
+    false: tuple[tuple[str, int], ...]  # What is named and was not concealed
 
 
 def score(items: Iterable[Item], answer: Said, with_torque: bool) -> Score:

@@ -19,15 +19,10 @@ STEPS, ROUNDS = 1000, 5
 
 
 class Cost(NamedTuple):
-    """Of one arm.
+    """Of one arm."""
 
-    Attributes:
-        plain: Process time of a step of the model alone [us].
-        attached: With the effects.
-    """
-
-    plain: float
-    attached: float
+    plain: float  # Process time of a step of the model alone [us]
+    attached: float  # With the effects
 
     @property
     def speed(self) -> float:

@@ -16,24 +16,16 @@ from ..robots.robot import Robot
 
 @dataclass(frozen=True)
 class Concealed:
-    """A robot with something concealed in it.
+    """A robot with something concealed in it."""
 
-    Attributes:
-        robot: With the effect.
-        sound: Without it; what is recorded of both differs by the effect's torque, `part` of it if the
-            effect cannot be taken away altogether.
-        joints: Where it is, counted from 0; empty where it belongs to the whole arm.
-        parameters: Its entry in a truth file.
-        part: Share of the effect by which the two robots differ [-].
-        span: Times of the run between which it is there [s].
-    """
-
-    robot: Robot
+    robot: Robot  # With the effect
+    # Without it; what is recorded of both differs by the effect's torque, `part` of it if the effect cannot
+    # be taken away altogether
     sound: Robot
-    joints: tuple[int, ...]
-    parameters: dict[str, Any]
-    part: float = 1.0
-    span: tuple[float, float] = (0.0, np.inf)
+    joints: tuple[int, ...]  # Where it is, counted from 0; empty where it belongs to the whole arm
+    parameters: dict[str, Any]  # Its entry in a truth file
+    part: float = 1.0  # Share of the effect by which the two robots differ [-]
+    span: tuple[float, float] = (0.0, np.inf)  # Times of the run between which it is there [s]
 
 
 Conceal = Callable[[Robot, int, float, np.random.Generator], Concealed]

@@ -11,23 +11,14 @@ from .jit import njit
 
 
 class Body(NamedTuple):
-    """Rigid bodies of an arm, each in its own link frame.
+    """Rigid bodies of an arm, each in its own link frame."""
 
-    Attributes:
-        rotation: Of each joint at zero, to the frame before it, (n, 3, 3).
-        translation: Of each joint in the frame before it, (n, 3) [m].
-        mass: Shape (n,) [kg].
-        com: Centre of mass, (n, 3) [m].
-        inertia: About the centre of mass, (n, 3, 3) [kg m^2].
-        gravity: In the base, (3,) [m/s^2].
-    """
-
-    rotation: np.ndarray
-    translation: np.ndarray
-    mass: np.ndarray
-    com: np.ndarray
-    inertia: np.ndarray
-    gravity: np.ndarray
+    rotation: np.ndarray  # Of each joint at zero, to the frame before it, (n, 3, 3)
+    translation: np.ndarray  # Of each joint in the frame before it, (n, 3) [m]
+    mass: np.ndarray  # Shape (n,) [kg]
+    com: np.ndarray  # Centre of mass, (n, 3) [m]
+    inertia: np.ndarray  # About the centre of mass, (n, 3, 3) [kg m^2]
+    gravity: np.ndarray  # In the base, (3,) [m/s^2]
 
 
 def weld(body: Body, link: int, mass: float, com: np.ndarray, inertia: np.ndarray) -> Body:

@@ -28,19 +28,12 @@ AMBIENT = 24.0
 
 
 class Log(NamedTuple):
-    """What happened, at the recording's rate.
+    """What happened, at the recording's rate."""
 
-    Attributes:
-        position: At the motors, as their encoders would read without steps, (t, n) [rad].
-        link: Behind the transmissions, (t, n) [rad].
-        command: Torque that the drives asked for, which is the current times the gain, (t, n) [N m].
-        temperature: Of the grease, (t, n) [deg C].
-    """
-
-    position: np.ndarray
-    link: np.ndarray
-    command: np.ndarray
-    temperature: np.ndarray
+    position: np.ndarray  # At the motors, as their encoders would read without steps, (t, n) [rad]
+    link: np.ndarray  # Behind the transmissions, (t, n) [rad]
+    command: np.ndarray  # Torque that the drives asked for, which is the current times the gain, (t, n) [N m]
+    temperature: np.ndarray  # Of the grease, (t, n) [deg C]
 
 
 @njit(cache=True)

@@ -8,47 +8,29 @@ from .jit import njit
 
 
 class Friction(NamedTuple):
-    """Friction at each motor, referred to its joint.
+    """Friction at each motor, referred to its joint."""
 
-    Attributes:
-        coulomb: Shape (n,) [N m].
-        viscous: What motors feel of their own and of each other's speed, (n, n) [N m s/rad].
-        bristle: Presliding distance of the LuGre bristles, (n,) [rad].
-        damping: Micro-damping of the bristles, (n,) [N m s/rad].
-        creep: Velocity over which the sign turns where there are no bristles, (n,) [rad/s]; zero: bristles.
-        asymmetry: Share by which forward friction is larger than the mean, dry and viscous, (n, 2) [-].
-        rise: Friction at standstill above the sliding one, (n,) [N m].
-        fade: Velocity at which it is gone to 1/e, (n,) [rad/s].
-        load: Dry friction per torque carried, (n,) [-].
-        bend: Friction with a power of the speed, (n,) [N m at 1 rad/s].
-        power: That power, (n,) [-].
-        thinning: Share of friction lost per kelvin, (n,) [1/K].
-        spot: Rough spot: share more friction, its angle and width, (n, 3) [-, rad, rad].
-        neighbour: Share more dry friction per sine of another joint's angle, (n, n) [-].
-        block: Torque at which each sliding block gives way, (n, m) [N m].
-        give: Deflection at which it does, (n, m) [rad].
-        pair: Joints whose sum of speeds turns a common gear, and the second's ratio, (3,); first -1: none.
-        common: Dry friction and presliding distance of that gear, (2,) [N m, rad].
-    """
-
-    coulomb: np.ndarray
-    viscous: np.ndarray
-    bristle: np.ndarray
-    damping: np.ndarray
+    coulomb: np.ndarray  # Shape (n,) [N m]
+    viscous: np.ndarray  # What motors feel of their own and of each other's speed, (n, n) [N m s/rad]
+    bristle: np.ndarray  # Presliding distance of the LuGre bristles, (n,) [rad]
+    damping: np.ndarray  # Micro-damping of the bristles, (n,) [N m s/rad]
+    # Velocity over which the sign turns where there are no bristles, (n,) [rad/s]; zero: bristles
     creep: np.ndarray
+    # Share by which forward friction is larger than the mean, dry and viscous, (n, 2) [-]
     asymmetry: np.ndarray
-    rise: np.ndarray
-    fade: np.ndarray
-    load: np.ndarray
-    bend: np.ndarray
-    power: np.ndarray
-    thinning: np.ndarray
-    spot: np.ndarray
-    neighbour: np.ndarray
-    block: np.ndarray
-    give: np.ndarray
+    rise: np.ndarray  # Friction at standstill above the sliding one, (n,) [N m]
+    fade: np.ndarray  # Velocity at which it is gone to 1/e, (n,) [rad/s]
+    load: np.ndarray  # Dry friction per torque carried, (n,) [-]
+    bend: np.ndarray  # Friction with a power of the speed, (n,) [N m at 1 rad/s]
+    power: np.ndarray  # That power, (n,) [-]
+    thinning: np.ndarray  # Share of friction lost per kelvin, (n,) [1/K]
+    spot: np.ndarray  # Rough spot: share more friction, its angle and width, (n, 3) [-, rad, rad]
+    neighbour: np.ndarray  # Share more dry friction per sine of another joint's angle, (n, n) [-]
+    block: np.ndarray  # Torque at which each sliding block gives way, (n, m) [N m]
+    give: np.ndarray  # Deflection at which it does, (n, m) [rad]
+    # Joints whose sum of speeds turns a common gear, and the second's ratio, (3,); first -1: none
     pair: np.ndarray
-    common: np.ndarray
+    common: np.ndarray  # Dry friction and presliding distance of that gear, (2,) [N m, rad]
 
 
 BLOCKS = 4

@@ -38,41 +38,23 @@ class Tool(NamedTuple):
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm; per-joint arrays (n,), torques and angles at the joints.
+    """An arm; per-joint arrays (n,), torques and angles at the joints."""
 
-    Attributes:
-        name: Of the robot.
-        body: Its links.
-        limits: Of its motions.
-        home: Where it rests [rad].
-        gain: Torque per current [N m / current unit].
-        gear: Motor turns per joint turn [-].
-        rotor: Inertia of the motors [kg m^2].
-        viscous: Friction [N m s/rad].
-        coulomb: Dry friction [N m].
-        encoder: Step of a recorded position [rad].
-        current: Step of a recorded current [current unit].
-        floor: Standard deviation of what no model explains [N m].
-        tool: What its makers hang on it to identify it.
-        warm: Whether temperatures are recorded.
-        balancer: Joint, d21, d22, phi, Kr, K0; joint -1 is none.
-    """
-
-    name: str
-    body: Body
-    limits: Limits
-    home: np.ndarray
-    gain: np.ndarray
-    gear: np.ndarray
-    rotor: np.ndarray
-    viscous: np.ndarray
-    coulomb: np.ndarray
-    encoder: np.ndarray
-    current: np.ndarray
-    floor: np.ndarray
-    tool: Tool
-    warm: bool
-    balancer: np.ndarray
+    name: str  # Of the robot
+    body: Body  # Its links
+    limits: Limits  # Of its motions
+    home: np.ndarray  # Where it rests [rad]
+    gain: np.ndarray  # Torque per current [N m / current unit]
+    gear: np.ndarray  # Motor turns per joint turn [-]
+    rotor: np.ndarray  # Inertia of the motors [kg m^2]
+    viscous: np.ndarray  # Friction [N m s/rad]
+    coulomb: np.ndarray  # Dry friction [N m]
+    encoder: np.ndarray  # Step of a recorded position [rad]
+    current: np.ndarray  # Step of a recorded current [current unit]
+    floor: np.ndarray  # Standard deviation of what no model explains [N m]
+    tool: Tool  # What its makers hang on it to identify it
+    warm: bool  # Whether temperatures are recorded
+    balancer: np.ndarray  # Joint, d21, d22, phi, Kr, K0; joint -1 is none
 
     @property
     def joints(self) -> int:

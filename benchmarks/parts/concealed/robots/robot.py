@@ -38,51 +38,30 @@ class Prior(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """What happens to currents on their way to the log.
+    """What happens to currents on their way to the log."""
 
-    Attributes:
-        gain: True torque per current, (n,).
-        delay: By which currents are logged late [s].
-        clip: Largest torque whose current is logged, (n,) [N m].
-        mix: Share of one drive's current that shows in another's, (n, n) [-].
-        sag: Share by which all gains fall at full power of the whole arm [-].
-        surge: Amplitude of a torque that pulses with the supply, its frequency, (n + 1,) [N m, Hz].
-        lump: Dry friction that comes and goes at random, (n,) [N m].
-        drag: Friction of brakes as a run starts, how long they take to open, (n, 2) [N m, s].
-        colour: Pole of the coloured noise at the recording's rate [-].
-        floor: Noise, disturbances included, (n,) [N m].
-    """
-
-    gain: np.ndarray
-    delay: float
-    clip: np.ndarray
-    mix: np.ndarray
-    sag: float
-    surge: np.ndarray
-    lump: np.ndarray
-    drag: np.ndarray
-    colour: float
-    floor: np.ndarray
+    gain: np.ndarray  # True torque per current, (n,)
+    delay: float  # By which currents are logged late [s]
+    clip: np.ndarray  # Largest torque whose current is logged, (n,) [N m]
+    mix: np.ndarray  # Share of one drive's current that shows in another's, (n, n) [-]
+    sag: float  # Share by which all gains fall at full power of the whole arm [-]
+    surge: np.ndarray  # Amplitude of a torque that pulses with the supply, its frequency, (n + 1,) [N m, Hz]
+    lump: np.ndarray  # Dry friction that comes and goes at random, (n,) [N m]
+    drag: np.ndarray  # Friction of brakes as a run starts, how long they take to open, (n, 2) [N m, s]
+    colour: float  # Pole of the coloured noise at the recording's rate [-]
+    floor: np.ndarray  # Noise, disturbances included, (n,) [N m]
 
 
 @dataclass(frozen=True)
 class Robot:
-    """An arm that is recorded.
+    """An arm that is recorded."""
 
-    Attributes:
-        arm: Its kind.
-        machine: As it is.
-        recorder: How it is recorded.
-        prior: The nominal model.
-        touched: Run in which there is a contact; elsewhere there is none.
-        peak: Largest torques of ordinary motion, (n,) [N m].
-    """
-
-    arm: Arm
-    machine: Machine
-    recorder: Recorder
-    prior: Prior
-    touched: str = ""
+    arm: Arm  # Its kind
+    machine: Machine  # As it is
+    recorder: Recorder  # How it is recorded
+    prior: Prior  # The nominal model
+    touched: str = ""  # Run in which there is a contact; elsewhere there is none
+    # Largest torques of ordinary motion, (n,) [N m]
     peak: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def with_machine(self, **changes: object) -> "Robot":

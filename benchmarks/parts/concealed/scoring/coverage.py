@@ -17,21 +17,13 @@ Parameters = Mapping[str, Any]
 
 
 class Number(NamedTuple):
-    """One diagnosed number beside its truth.
+    """One diagnosed number beside its truth."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        name: Of the number, without that of its joint.
-        true: Its true value.
-        value: As diagnosed.
-        std: Its standard deviation.
-    """
-
-    effect: str
-    name: str
-    true: float
-    value: float
-    std: float
+    effect: str  # Name in the vocabulary
+    name: str  # Of the number, without that of its joint
+    true: float  # Its true value
+    value: float  # As diagnosed
+    std: float  # Its standard deviation
 
     @property
     def held(self) -> bool:
