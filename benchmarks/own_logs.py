@@ -22,16 +22,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from common import Kept, parser, save, show
+from parts.own_logs.arms import SCENES
 from parts.own_logs.commands import AS_RECORDED, proposal_of, run, run_next
-from parts.own_logs.foreign import foreign
-from parts.own_logs.logs import Log, public
-from parts.own_logs.mistakes import MISTAKES
-from parts.own_logs.more_mistakes import MORE, in_mujoco
-from parts.own_logs.recordings import checked
-from parts.own_logs.scenes import SCENES
-from parts.own_logs.sets import QUICK, SETS
-from parts.own_logs.statements import of_init
-from parts.own_logs.tables import show_logs, show_mistakes, show_recordings, show_statements, summary
+from parts.own_logs.foreign import Log, foreign, public
+from parts.own_logs.mistakes import MISTAKES, MORE, in_mujoco
+from parts.own_logs.sets import QUICK, SETS, checked
+from parts.own_logs.tables import of_init, show_logs, show_mistakes, show_recordings, show_statements, summary
 from parts.own_logs.walk_mistake import walk_mistake, walk_right
 
 Case = dict[str, Any]

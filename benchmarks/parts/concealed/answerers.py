@@ -1,4 +1,4 @@
-"""Who answers concealed cases: the product, simulating or not, and two that show what the scores mean."""
+"""Who answers concealed cases: the product, and two that show what the scores mean."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .recordings.truth import truth_table
+from .recordings.write import truth_table
 
 if TYPE_CHECKING:
     from exidyn.identification.model import Model
@@ -15,19 +15,11 @@ Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""
 
 
-def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[str, Any]:
-    """Exidyn's answer; it is given the folder of the case and nothing else.
-
-    Args:
-        folder: Of the case.
-        simulate: Whether the run held out is simulated too, nominal and with what was found.
-        values: Whether the values that the case states of inertias and friction are used.
-    """
+def product(folder: Path, values: bool = True) -> dict[str, Any]:
+    """Exidyn's answer, given the folder of the case and nothing else; `values`: with those that it states."""
     from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
     from exidyn.identification.diagnosis import diagnose
-    from exidyn.identification.diagnosis.improved.forward import forward
     from exidyn.identification.diagnosis.words.diagnosis_file import answer
-    from exidyn.identification.errors import ExidynError
     from exidyn.identification.preparation.prepare import Filtering
     from exidyn.identification.recordings.importers import import_source
 
@@ -35,19 +27,8 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
     roles = [(run.settings["role"], run) for run in runs]
     model = runs[0].model if values else without_values(runs[0].model)
     diagnosis = diagnose(model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
-    given: dict[str, Any] = answer(diagnosis)
-    if not simulate or not given["findings"]:
-        return given
-    [held_out] = [run for run in runs if run.settings["role"] == "validate"]
-    try:
-        simulated = forward(diagnosis, held_out)
-    except ExidynError as error:  # the answer stands all the same
-        return given | {"not_simulated": str(error)}
-    assert simulated is not None
-    return given | {
-        "simulated_before": simulated.before.tolist(),
-        "simulated_after": simulated.after.tolist(),
-    }
+    found: dict[str, Any] = answer(diagnosis)
+    return found
 
 
 def without_values(model: "Model") -> "Model":
@@ -79,14 +60,13 @@ def oracle(folder: Path, truths: Path) -> dict[str, Any]:
 
 
 def answerer(name: str, truths: Path) -> Answerer:
-    """By name: product, bare, simulating, silent or oracle."""
+    """By name: product, bare, silent or oracle."""
     return {
         "product": product,
         "bare": partial(product, values=False),
-        "simulating": partial(product, simulate=True),
         "silent": silent,
         "oracle": partial(oracle, truths=truths),
     }[name]
 
 
-NAMES = ("product", "bare", "simulating", "silent", "oracle")
+NAMES = ("product", "bare", "silent", "oracle")

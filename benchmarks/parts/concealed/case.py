@@ -7,19 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from .effects.effect import Conceal
 from .effects.outside import OUTSIDE
-from .effects.vocabulary import VOCABULARY, places
-from .oracle import torques
+from .effects.vocabulary import VOCABULARY, Conceal, places
 from .plant.closed_loop import SETTLE, STEP, run
 from .recordings.motion import SECONDS
 from .recordings.record import PLANS, Run, record
-from .recordings.truth import truth_of, write_truth
-from .recordings.write import write_case
+from .recordings.write import truth_of, write_case, write_truth
 from .robots.arms import ARMS
 from .robots.robot import Robot, honest
 from .scoring.score import DETECTABLE
-from .strength import Bench, conceal, with_peak
+from .strength import Bench, conceal, torques, with_peak
 
 TIERS = {"edge": (0.3, 1.0), "middle": (1.0, 3.0), "clear": (3.0, 10.0)}
 """Visibility: rms of the effect's torque over the noise floor."""

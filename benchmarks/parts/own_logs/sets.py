@@ -1,7 +1,7 @@
-"""Public recordings of real arms, which are right by their READMEs, and what is known of them."""
+"""Public recordings, which are right by their READMEs, and what is said of them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,13 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.identification.errors import ExidynError
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import import_source, read_tables
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.recordings.tables.table import Table
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ..real.data import DE_LUCA, FOLDER, KR300_TURNS
+from ..real.data import DE_LUCA, FOLDER, KR300_TURNS, piece
+from .commands import claims_about, proposal_of, run
+from .tables import Statement, of_init
 
 DIRECT = """<robot name="motor">
 <link name="stator"/>
@@ -253,3 +256,58 @@ SETS = (
 """All sets. An MJCF's servos that a recording contradicts are a fact of servo_miuzei and sage_so101."""
 QUICK = ("kuka_lwr4", "dvrk_psm", "kscale_sts3215", "pendubot", "emps", "bam_xl330")
 """Sets of which the first run is checked with --quick."""
+
+
+def checked(data: RealSet, quick: bool) -> dict[str, Any]:
+    """What import, the check and init say about a set: refusals, statements, and the seconds of init."""
+    model, refused, statements, runs = data.model(), list[str](), list[Statement](), list[Recording]()
+    names = data.runs[: 1 if quick else None]
+    for name in names:
+        try:
+            runs.append(data.read(name, model))
+        except ExidynError as error:
+            refused.append(f"{data.name}/{name}: import: {error}")
+    parts = dict(_parts(runs, quick))
+    for name, part in parts.items():
+        where = f"{data.name}/{name}"
+        for claim in claims_about(part, model):
+            true = data.verdict(claim.text)
+            statements.append(Statement(where, claim.text, claim.probability, true))
+            if claim.refuses and true is not True:
+                refused.append(f"{where}: {claim.text}")
+    proposals = [_proposed(data, name) for name in names[1:]]  # of the first run by the walk to a fit
+    return {
+        "set": data.name,
+        "checked": len(parts),
+        "refused": refused,
+        "statements": [one._asdict() for one in (*statements, *(s for found, _ in proposals for s in found))],
+        "seconds": {"init": max((seconds for _, seconds in proposals), default=0.0)},
+    }
+
+
+def _proposed(data: RealSet, run_name: str) -> tuple[list[Statement], float]:
+    """Guesses of init about a run, and its CPU time."""
+    with TemporaryDirectory() as folder:
+        log, arm = data.copy(run_name, Path(folder))
+        table = Path(folder) / "init.json"
+        done = run("init", log, "--urdf", arm, "-o", Path(folder) / "robot.toml", "--json", table)
+        proposal = proposal_of(table)
+    found = of_init(f"{data.folder}/{run_name}", proposal, data.known(run_name)) if proposal else []
+    return found, done.seconds
+
+
+def _parts(runs: Sequence[Recording], quick: bool) -> Iterator[tuple[str, list[Recording]]]:
+    """The set as a whole and its halves in time, each run, and the halves of the first run."""
+    halves = () if quick else (0, 1)
+    if len(runs) > 1:
+        yield "all runs", list(runs)
+        for half in halves:
+            yield f"half {half + 1} of all runs", [_half(recording, half) for recording in runs]
+    for recording in runs:
+        yield recording.name, [recording]
+    for half in halves if runs else ():
+        yield f"half {half + 1} of {runs[0].name}", [_half(runs[0], half)]
+
+
+def _half(recording: Recording, half: int) -> Recording:
+    return piece(recording, half, half + 1, 2, recording.name)

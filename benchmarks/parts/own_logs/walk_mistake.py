@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from .arms import Columns, Scene, built_in_urdf
 from .commands import Claim, claims_in, proposal_of, run, run_next
 from .mistakes import INIT, WALK, Mistake
-from .scenes import Columns, Scene, built_in_urdf
-from .statements import Statement, altered, of_init
+from .tables import Statement, altered, of_init
 
 WINDOW = 150
 """Characters on each side of the first word of a cure within which its other words must stand."""

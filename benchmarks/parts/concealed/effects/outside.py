@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from ..plant.body import weld
 from ..recordings.motion import REST
 from ..robots.robot import Robot
-from .effect import Conceal, Concealed, changed, floor
+from .vocabulary import Conceal, Concealed, changed, floor
 
 
 def floor_vibration(robot: Robot, joint: int, strength: float, rng: np.random.Generator) -> Concealed:

@@ -8,12 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .body import turn
+from .body import mass_matrix, njit, solve, turn
 from .forces import hang, misread, resistance, ripple, saturate, swing, windup
 from .friction import add_friction
-from .jit import njit
 from .machine import Machine, State
-from .mass import mass_matrix, solve
 
 STEP = 0.0005
 """Time step of physics and drives [s]."""

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .jit import njit
+from .body import njit
 
 
 class Friction(NamedTuple):

@@ -1,4 +1,4 @@
-"""Writes the folder of a concealed case, which is all that the code under test is given."""
+"""Writes the folder of a concealed case, all that the code under test is given, and its truth."""
 
 import gzip
 import json
@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ..plant.body import Body
 from ..robots.robot import Robot
-from .record import Run
+from .record import FILTER_HZ, Run, low_pass, rms
 
 COLUMNS = "t, q1..qn [rad], i1..in [current unit], temp1..tempn [deg C]"
 EQUATIONS = """\
@@ -157,3 +157,37 @@ def _lines(values: dict[str, Any]) -> str:
 def _toml(value: Any) -> str:
     # JSON's strings, numbers, booleans and lists are TOML's too.
     return json.dumps(value, default=plain)
+
+
+def truth_of(robot: Robot, effects: list[dict[str, Any]], validate: Run) -> dict[str, Any]:
+    """What is concealed in a robot, and the noise floor of the run held out."""
+    machine = robot.machine
+    return {
+        "robot": robot.arm.name,
+        "effects": effects,
+        "noise_floor": rms(validate.noise),
+        "noise_floor_filtered": rms(low_pass(validate.noise)),
+        "noise_filter_hz": FILTER_HZ,
+        "torque_range": 2.0 * robot.peak,
+        "inertial_tolerance": robot.prior.inertial_tolerance,
+        "plant": {
+            "gain": robot.recorder.gain,
+            "rotor_inertia": np.diag(machine.rotor),
+            "viscous": np.diag(machine.friction.viscous),
+            "coulomb": machine.friction.coulomb,
+            "offset": machine.offset,
+            "gravity": machine.body.gravity,
+        },
+    }
+
+
+def write_truth(folder: Path, name: str, truth: dict[str, Any]) -> None:
+    """Write it where the code under test does not look."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.json").write_text(json.dumps({"name": name, **truth}, indent=1, default=plain) + "\n")
+
+
+def truth_table(folder: Path, name: str) -> dict[str, Any]:
+    """Read a truth file."""
+    truth: dict[str, Any] = json.loads((folder / f"{name}.json").read_text())
+    return truth

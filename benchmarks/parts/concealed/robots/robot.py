@@ -5,10 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..plant.body import Body, turn
+from ..plant.body import Body, mass_matrix, turn
 from ..plant.friction import plain_friction
 from ..plant.machine import Machine
-from ..plant.mass import mass_matrix
 from .arms import NO_BALANCER, Arm
 
 NEVER = 1e9

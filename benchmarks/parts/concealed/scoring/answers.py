@@ -67,10 +67,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer about a case; rms held out, (n,) [N m], behind a low-pass if one is named.
-
-    Those of simulations, before and after, are empty where nothing was simulated.
-    """
+    """Answer about a case; rms held out, (n,) [N m], behind a low-pass if one is named."""
 
     findings: tuple[Finding, ...]
     unexplained: bool
@@ -78,8 +75,6 @@ class Answer:
     after: np.ndarray
     filter_hz: float | None
     seconds: float
-    simulated_before: np.ndarray
-    simulated_after: np.ndarray
 
     @property
     def called(self) -> str:
@@ -140,8 +135,6 @@ def read_answer(case: Mapping[str, Any]) -> Answer:
         np.array(case.get("torque_rms_after", ()), float),
         case.get("torque_rms_filter_hz"),
         float(case.get("seconds", np.nan)),
-        np.array(case.get("simulated_before", ()), float),
-        np.array(case.get("simulated_after", ()), float),
     )
 
 

@@ -1,7 +1,7 @@
 """Tables of scores, and their figures: of one way to answer, or of several beside each other."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,11 +10,10 @@ from common import show
 from exidyn.identification.diagnosis.candidates import kinds
 
 from .answers import NOTHING, UNEXPLAINED
-from .coverage import coverage_rows
-from .half_way import half_way
 from .score import (
     Pair,
     alarmed,
+    coverage_rows,
     covered,
     diagnosed_numbers,
     figures,
@@ -25,6 +24,25 @@ from .score import (
     top1,
     visible,
 )
+
+WIDTH = 0.35
+"""Over how many natural logarithms of strength the chance to be found rises from a half to three quarters."""
+BOUNDS = (0.05, 20.0)
+"""Strengths that are thought possible, effect over noise."""
+
+
+def half_way(tried: Sequence[tuple[float, bool]]) -> tuple[float, float, float]:
+    """Strength found half of the time and its 90 % interval, by the likelihood of every strength."""
+    middle = np.log(np.geomspace(*BOUNDS, 400))
+    chance = np.zeros(len(middle))
+    for value, found in tried:
+        away = (np.log(max(value, 1e-3)) - middle) / WIDTH * np.log(3.0)
+        chance -= np.logaddexp(0.0, -away if found else away)
+    likely = np.exp(chance - np.max(chance))
+    below = np.cumsum(likely) / np.sum(likely)
+    half, low, high = (float(np.exp(middle[np.searchsorted(below, level)])) for level in (0.5, 0.05, 0.95))
+    return half, low, high
+
 
 STRENGTHS = (0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
 CONFIDENCES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0 + 1e-9)
