@@ -1,15 +1,14 @@
 """Exciting trajectories beside other tools and random motion, inside their limits.
 
 1. Two arms of the package example-robot-data, one 12 s period, rigid base columns: condition number that
-   exidyn, FIGAROH, random search and plain SLSQP reach, and when, with the same limits and the same CPU time
-   of one core.
+   exidyn, random search and plain SLSQP reach, and when, with the same limits and the same CPU time of one
+   core.
 2. The paper's pair of runs on a KR270: deviations of drive gains, K_r and K_0, optimized against random.
 3. Limits over random problems, checked by other means than the planner's.
-4. Torque limits on arms drawn within the priors, and what a fit gains.
 
 With `--json FILE` each case is kept in FILE.cases as soon as it is done, a run that was stopped goes on from
-there, and FILE has the figures at the end; delete FILE.cases to measure anew. The first part needs FIGAROH,
-its solver and the package of the arms: pip install 'exidyn[bench]'.
+there, and FILE has the figures at the end; delete FILE.cases to measure anew. The first part needs the
+package of the arms: pip install 'exidyn[bench]'.
 """
 
 import os
@@ -23,27 +22,19 @@ from typing import Any
 
 import numpy as np
 from common import Kept, options, save, show
-from parts.excite import first_motion, kr270, limits
+from parts.excite import kr270, limits
 from parts.excite.arm import Arm, arm_of, why_no_arm
 from parts.excite.ours import ours
 from parts.excite.peers import HARMONICS, PeerResult, random_search, slsqp
-from parts.figaroh import excitation
-from parts.figaroh.trajectory import FigarohSettings
 
 from exidyn.trajectories.planning.wishes import Wishes
 
 BUDGET, QUICK_BUDGET = 40.0, 2.0
-"""CPU seconds each tool has; FIGAROH takes 50 s for its hundred iterations and is near its end in 40."""
+"""CPU seconds that each tool has."""
 ARMS = ("UR10", "xArm 7")
 SEARCHES = {"exidyn": ours, "random search": random_search, "SLSQP, differences": slsqp}
 OURS = (Wishes().harmonics, 16)
 """Harmonics of our own search: as many as it takes unless asked otherwise, and more."""
-FIGAROH = (
-    FigarohSettings(unit_columns=True),
-    FigarohSettings(unit_columns=True, way_points=13),
-    FigarohSettings(),
-)
-"""With the criterion that is judged, with more freedom, and as shipped; a quick run has the first."""
 
 
 def against_peers(arm: Arm, quick: bool, kept: Kept) -> dict[str, Any]:
@@ -58,11 +49,6 @@ def against_peers(arm: Arm, quick: bool, kept: Kept) -> dict[str, Any]:
         )
         for many in (OURS if search is ours else HARMONICS)[: 1 if quick else None]
     }
-    absent = excitation.why_absent()
-    if absent:
-        print(absent)
-    for settings in () if absent else FIGAROH[: 1 if quick else None]:
-        tools[settings.name] = partial(excitation.figaroh, arm, budget, 0, settings)
     found = {
         name: PeerResult(**kept.of(f"{arm.name}, {name}, {budget:g} s", lambda tool=tool: asdict(tool())))
         for name, tool in tools.items()
@@ -74,24 +60,23 @@ def against_peers(arm: Arm, quick: bool, kept: Kept) -> dict[str, Any]:
     )
     figures: dict[str, Any] = {"condition": {name: one.condition for name, one in found.items()}}
     mine = {name: found.pop(name) for name in list(found) if name.startswith("exidyn")}
-    for kind, peers in (("peer", found), ("figaroh", {n: r for n, r in found.items() if "FIGAROH" in n})):
-        for name, result in mine.items() if peers else ():
-            more = "" if name == f"exidyn, {OURS[0]} harmonics" else name.removeprefix("exidyn")
-            ratio, speedup = compare(kind, name, result, peers)
-            figures |= {f"condition_over_best_{kind}{more}": ratio, f"speedup_to_{kind}{more}": speedup}
+    for name, result in mine.items():
+        more = "" if name == f"exidyn, {OURS[0]} harmonics" else name.removeprefix("exidyn")
+        ratio, speedup = compare(name, result, found)
+        figures |= {f"condition_over_best_peer{more}": ratio, f"speedup_to_peer{more}": speedup}
     return figures
 
 
-def compare(kind: str, own: str, mine: PeerResult, peers: dict[str, PeerResult]) -> tuple[float, float]:
+def compare(own: str, mine: PeerResult, peers: dict[str, PeerResult]) -> tuple[float, float]:
     """Our condition number over the best one of the others, and how much sooner we are at theirs."""
     name, peer = min(peers.items(), key=lambda each: each[1].condition)
     if not np.isfinite(peer.condition):
-        print(f"  no {kind} found a motion within the limits")
+        print("  no peer found a motion within the limits")
         return 0.0, np.inf
     took, reached = time_to(peer.history, peer.condition), time_to(mine.history, peer.condition)
     ratio = mine.condition / peer.condition
     print(
-        f"  best {kind}: {name}, {peer.condition:.3g} after {took:.3g} CPU s; {own} is there after "
+        f"  best peer: {name}, {peer.condition:.3g} after {took:.3g} CPU s; {own} is there after "
         f"{reached:.3g} CPU s, {took / reached:.3g} times sooner, and ends at {ratio:.2g} of it"
     )
     return ratio, took / reached
@@ -108,14 +93,10 @@ def peers(quick: bool, kept: Kept) -> dict[str, Any]:
         print(f"peers: {absent}")
         return {}
     found = {name: against_peers(arm_of(name), quick, kept) for name in ARMS[: 1 if quick else None]}
-    summary = (
-        ("condition_over_best_peer", max),
-        (f"condition_over_best_peer, {OURS[1]} harmonics", max),
-        ("speedup_to_figaroh", min),
-    )
+    keys = ("condition_over_best_peer", f"condition_over_best_peer, {OURS[1]} harmonics")
     figures = {
-        key: worst(one[key] for one in found.values())
-        for key, worst in summary
+        key: max(one[key] for one in found.values())
+        for key in keys
         if all(key in one for one in found.values())
     }
     return figures | {"tools": found}
@@ -125,7 +106,6 @@ PARTS: dict[str, Callable[[bool, Kept], dict[str, Any]]] = {
     "peers": peers,
     "kr270": lambda quick, kept: kept.of("kr270", lambda: kr270.run(quick)),
     "limits": lambda quick, kept: limits.run(range(2 if quick else 200), kept),
-    "first motion": lambda quick, kept: kept.of("first motion", lambda: first_motion.run(quick)),
 }
 
 

@@ -5,15 +5,14 @@ one with a payload of which only the mass is stated, give its gains; the unloade
 nominal ones. Half of the current noise is white, and half lasts for `MEMORY`, so that residuals are coloured.
 """
 
-import json
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from common import Kept
 from scipy import signal
 
 from exidyn.identification.effects import Payload, known_parameters
@@ -107,17 +106,13 @@ def _errors(fit: Fit, true: dict[str, float]) -> list[float]:
     return ((fit.estimate.values - truth) / fit.estimate.std).tolist()
 
 
-def coverage(arms: Sequence[Arm], kept: Path | None = None) -> dict[str, float]:
-    """Shares of intervals that hold the truth [%]; arms that are in the file `kept` are not made again."""
-    done = _read(kept)
-    left = [arm for arm in arms if _key(arm) not in done]
+def coverage(arms: Sequence[Arm], kept: Kept) -> dict[str, float]:
+    """Shares of intervals that hold the truth [%]; arms that are kept are not made again."""
+    left = [arm for arm in arms if _key(arm) not in kept.found]
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         for arm, one in zip(left, pool.map(held, left), strict=True):
-            done[_key(arm)] = one
-            if kept is not None:
-                with kept.open("a") as file:
-                    file.write(json.dumps([_key(arm), *one]) + "\n")
-    every = [done[_key(arm)] for arm in arms]
+            kept.put(_key(arm), one)
+    every = [Held(*kept.found[_key(arm)]) for arm in arms]
     identified = [one.values + one.gains for one in every]
     return {
         "coverage_95": _share(identified),
@@ -139,10 +134,3 @@ def _scatter(errors: Sequence[Sequence[float]]) -> float:
 
 def _key(arm: Arm) -> str:
     return f"{arm.name} {arm.number} {arm.seconds:g} s"
-
-
-def _read(kept: Path | None) -> dict[str, Held]:
-    """Arms of earlier, interrupted runs."""
-    if kept is None or not kept.exists():
-        return {}
-    return {key: Held(*rest) for key, *rest in map(json.loads, kept.read_text().splitlines())}

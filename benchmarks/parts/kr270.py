@@ -1,14 +1,18 @@
-"""The paper's experiment on a simulated KR270: its two runs, their equations, errors of an estimate."""
+"""The paper's experiment on a simulated KR270: its two runs, their equations, errors, edit tests."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from common import show
 
 from exidyn.identification.effects import Payload, known_parameters
 from exidyn.identification.fit.base_parameters import base_parameters
+from exidyn.identification.fit.edit_test import edit_tests
 from exidyn.identification.fit.equations import Equations, assemble
 from exidyn.identification.fit.estimators import Estimate
+from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import common_filtering
 from exidyn.identification.model import Model
 from exidyn.identification.preparation.prepare import Filtering, prepare
@@ -80,3 +84,29 @@ def over_std(estimate: Estimate, equations: Equations, name: str) -> float:
     """Error of a base parameter over its standard deviation."""
     place = equations.names.index(name)
     return float((estimate.values - true_base(equations))[place] / estimate.std[place])
+
+
+def edit_test_table(title: str, fits: Mapping[str, Fit]) -> dict[str, Any]:
+    """One row an edit test and one for the runs beside it; gives the residuals [N m] by fit and run.
+
+    Args:
+        title: Of the table.
+        fits: What was done -> the fit, which has an edit test.
+    """
+    rows: list[list[Any]] = []
+    figures: dict[str, Any] = {}
+    for label, fit in fits.items():
+        tests = edit_tests(fit)
+        kind = "held out" if tests[0].held_out else "used"
+        rows.append([label, f"runs {kind}, residual", *tests[0].beside])
+        for test in tests:
+            rows.append(["", f"{test.run}, residual", *test.residual])
+            rows.append(["", "  over torque [%]", *(100.0 * test.relative)])
+            figures[f"{label}: {test.run}"] = {
+                "residual": test.residual,
+                "relative": test.relative,
+                "beside": test.beside,
+            }
+    joints = [f"J{j + 1}" for j in range(next(iter(fits.values())).model.robot.dof)]
+    show(title, ["edit", "run [N m]", *joints], rows)
+    return figures

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from ..diagnose_real.sets import CASES
+from .page import Answer, gains, percent, table, title
 from .pictures import budget_picture, turn_picture
 from .texts import MOTOR_WORDS
-from .words import Answer, gains, percent, table, title
 
 MOTOR = ("odrive_off", "odrive_on")
 """Its row with the ripple inside default filters, and the control."""

@@ -1,5 +1,6 @@
 """docs/proof.md: what was named on the real recordings beside what is known of them, with pictures."""
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,83 @@ from ..diagnose_real.sets import CASES
 from .motor import MOTOR, motor_section
 from .open_loop import worse_position
 from .pictures import budget_picture
-from .simulated import simulated_section
-from .texts import ABOUT, INTRODUCTION, OPEN_LOOP
-from .words import Answer, gains, percent, table, title, verdict
+from .texts import ABOUT, INTRODUCTION, OPEN_LOOP, SIMULATED
+
+Answer = dict[str, Any]
+
+
+def title(named: dict[str, Any]) -> str:
+    """Effect and joints."""
+    joints = "" if named["joints"] == "-" else f" {named['joints']}"
+    return named["effect"].replace("_", " ") + joints
+
+
+def verdict(known: dict[str, Any]) -> str:
+    """Named with its probability, or missed."""
+    if not known["named"]:
+        return "**missed**"
+    size = ", **size off**" if known["right"] is False else ""
+    return f"named, {percent(known['probability'])}{size}"
+
+
+def percent(probability: float) -> str:
+    """A probability, never rounded to certainty."""
+    return "above 99.9 %" if probability > 0.999 else f"{100 * probability:.3g} %"
+
+
+def gains(one: Answer) -> list[str]:
+    """Residual before and after, joint by joint."""
+    found = one["improvement"]
+    return (
+        [f"{a:.3g} → {b:.3g}" for a, b in zip(found["before"], found["after"], strict=True)] if found else []
+    )
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+WAYS = {"product": "values stated", "bare": "no values stated"}
+"""Who answered -> heading."""
+
+
+def simulated_section(file: Path | None) -> str:
+    """What was found again, by a file of `concealed.py --json`; without one, where to count it."""
+    if file is None:
+        return SIMULATED
+    saved = json.loads(file.read_text())
+    scores = {"product": saved} | {who: saved[who] for who in WAYS if who in saved}
+    header = ["", *(WAYS[who] for who in scores)]
+    rows = [[name, *(words(score) for score in scores.values())] for name, words in ROWS.items()]
+    return f"{SIMULATED}\n{table(header, rows)}\n{otherwise(saved)}"
+
+
+def _percent(key: str) -> Callable[[dict[str, Any]], str]:
+    return lambda score: f"{100 * score[key]:.0f} %"
+
+
+ROWS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "cases": lambda score: str(score["cases"]),
+    "single effects large enough to be seen": lambda score: str(score["detectable"]),
+    "of these, named, on the right joint, first": _percent("top1"),
+    "of these, named or among the alternatives": _percent("with_alternatives"),
+    "nothing missing, and something named": lambda score: (
+        f"{score['false_alarms']} of {score['nothing_cases']} cases"
+    ),
+    "two effects: found": _percent("double_recall"),
+    "two effects: right of what is named": _percent("double_precision"),
+    "an effect without a model here: something else named": _percent("outside_misnamed"),
+}
+"""Row of the table -> its words."""
+
+
+def otherwise(score: dict[str, Any]) -> str:
+    """Singles that were called otherwise, cases without an effect that were named, each with its number."""
+    called = [f"{truth} as {name} ({times})" for truth, name, times in score["confusion"]]
+    text = "; ".join(called).replace("_", " ")
+    return f"Of all strengths, called otherwise: {text or 'nothing'}.\n"
 
 
 def write_pages(

@@ -15,6 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 from common import Kept, show
+from parts.real.data import DE_LUCA, piece
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.in_mujoco.distances import Distances
@@ -26,7 +27,6 @@ from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
-from parts.real.data import DE_LUCA, piece
 
 from .score import said
 
