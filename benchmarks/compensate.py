@@ -11,8 +11,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread
 
 import numpy as np
 from common import options, save
-from parts.compensate.left import left
-from parts.compensate.times import times
+from parts.compensate import left, times
 from parts.real.data import FOLDER, KR300, UR10E, DataSet
 
 from exidyn.identification.dynamics.dynamics import Dynamics

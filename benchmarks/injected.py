@@ -17,8 +17,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: times are those o
 import numpy as np
 from common import parser, save, show
 from parts.diagnose_real.sets import CASES, FOLDER, Case, of_set
-from parts.injected.background import Background, effort
-from parts.injected.effects import EFFECTS, Added
+from parts.injected import EFFECTS, Added, Background, effort
 from parts.real.data import UR10E
 
 from exidyn.identification.diagnosis.diagnose import diagnose

@@ -13,8 +13,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from parts.simulate.runs import Run, bare, motion_of, ours, theirs
-from parts.simulate.torques import round_trips
+from parts.simulate import Run, bare, motion_of, ours, round_trips, theirs
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.export import FORMATS, Portable

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .recordings.write import truth_table
+from .write import truth_table
 
 if TYPE_CHECKING:
     from exidyn.identification.model import Model

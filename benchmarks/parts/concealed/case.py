@@ -7,16 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from .effects.outside import OUTSIDE
-from .effects.vocabulary import VOCABULARY, Conceal, places
+from .effects import OUTSIDE, VOCABULARY, Conceal, places
 from .plant.closed_loop import SETTLE, STEP, run
-from .recordings.motion import SECONDS
-from .recordings.record import PLANS, Run, record
-from .recordings.write import truth_of, write_case, write_truth
-from .robots.arms import ARMS
-from .robots.robot import Robot, honest
+from .record import PLANS, SECONDS, Run, record
+from .robot import ARMS, Robot, honest
 from .scoring.score import DETECTABLE
 from .strength import Bench, conceal, torques, with_peak
+from .write import truth_of, write_case, write_truth
 
 TIERS = {"edge": (0.3, 1.0), "middle": (1.0, 3.0), "clear": (3.0, 10.0)}
 """Visibility: rms of the effect's torque over the noise floor."""

@@ -11,12 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .effects.vocabulary import Conceal, Concealed
+from .effects import Conceal, Concealed
 from .plant.body import inverse_dynamics, njit, turn
 from .plant.closed_loop import RATE, Log
-from .recordings.motion import SECONDS
-from .recordings.record import PLANS, logged_torque, low_pass, motion_of, rms
-from .robots.robot import Robot
+from .record import PLANS, SECONDS, logged_torque, low_pass, motion_of, rms
+from .robot import Robot
 
 EVERY = 10
 """Samples of the log to one of the comparison: 50 Hz carries what is below 25 Hz."""

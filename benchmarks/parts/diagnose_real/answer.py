@@ -18,7 +18,7 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
 
-from ..concealed.scoring.answers import dependence
+from ..concealed.scoring.score import dependence
 from ..proof.open_loop import open_loop
 from .known import Known, numbers
 from .sets import CASES, FOLDER, Case, Runs

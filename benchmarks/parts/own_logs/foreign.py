@@ -9,28 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.robot_files.robot_text import urdf_text
 
-from .arms import fourier
+from .arms import Samples, simulated
 from .sets import SETS, Known, RealSet
-
-
-@dataclass(frozen=True)
-class Samples:
-    """A run in SI: time (t,), the rest (t, n); velocity is None where it was not recorded."""
-
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray | None
-    effort: np.ndarray
-    joints: tuple[str, ...]
-    robot: str
-    gain: np.ndarray | None
-
-    @property
-    def dof(self) -> int:
-        """Number of joints."""
-        return self.position.shape[1]
 
 
 @dataclass(frozen=True)
@@ -68,24 +49,6 @@ def recorded(folder: str) -> Samples:
     return Samples(
         columns["t"], position, velocity, column, read_model(arm).robot.joints, arm.read_text(), data.gain
     )
-
-
-@cache
-def simulated() -> Samples:
-    """Half a minute of the built-in cobot at 500 Hz: encoders of 19 bits, 2 % noise of current, friction."""
-    model = read_model("cobot")
-    rng, n = np.random.default_rng(3), model.robot.dof
-    time = np.arange(15000) / 500.0
-    middle = [0.0, -1.5, 0.5, -1.0, 0.5, 0.0]
-    motion = fourier(middle, time, 3, 0.35)
-    rng.normal(size=(2, n, 5))  # the numbers of that motion
-    position = motion.position
-    current = model.torque(model.loaded(motion), model.nominal_values) / model.robot.drive_gain
-    current += 0.02 * current.std(axis=0) * rng.normal(size=current.shape)
-    step = 2 * np.pi / 2**19
-    position = np.round(position / step) * step
-    gain = model.robot.drive_gain
-    return Samples(time, position, motion.velocity, current, model.robot.joints, urdf_text(model), gain)
 
 
 Write = Callable[[Samples, Path], tuple[Path, Known]]

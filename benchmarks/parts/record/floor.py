@@ -3,13 +3,14 @@
 Run as a module with a cycle [s], it is the loop in Python, where there is no compiler.
 """
 
+import os
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from shutil import which
@@ -18,6 +19,34 @@ import numpy as np
 from common import imports_as_here
 
 from exidyn.acquire.run.realtime import PRIORITY, realtime
+
+ALL = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset[int]()
+"""Processors that this process was given."""
+APART = len(ALL) > 1
+"""Whether the loop can have one of its own."""
+LOOP = frozenset(sorted(ALL)[:1])
+
+
+@contextmanager
+def on_the_loops() -> Iterator[None]:
+    """In the block, this thread and all that it starts are on the loop's processor."""
+    if APART:
+        os.sched_setaffinity(0, LOOP)
+    try:
+        yield
+    finally:
+        if APART:
+            os.sched_setaffinity(0, ALL)
+
+
+def move_away(process: int) -> None:
+    """Put a process with all its threads on the other processors."""
+    if not APART:
+        return
+    with suppress(OSError):  # threads end
+        for thread in os.listdir(f"/proc/{process}/task"):
+            os.sched_setaffinity(int(thread), ALL - LOOP)
+
 
 MOST = 1_000_000
 """Ticks that the loop in C has room for."""

@@ -24,7 +24,7 @@ from exidyn.acquire.run.realtime import realtime
 from exidyn.drivers.franka.target_stream import CYCLE
 
 from .controllers import Peer, controller, krc, rsi_config
-from .processors import move_away, on_the_loops
+from .floor import move_away, on_the_loops
 
 ANSWER = (
     b'<Sen Type="ImFree"><AK A1="0" A2="0" A3="0" A4="0" A5="0" A6="0"/><Stop>0</Stop><IPOC>%s</IPOC></Sen>'

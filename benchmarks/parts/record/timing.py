@@ -15,9 +15,8 @@ from exidyn.acquire.run.stopping.watch import WatchLimits
 from exidyn.drivers import Driver
 
 from .controllers import ARMS, CONTROLLERS, NoBus, controller
-from .floor import Floor, floor
+from .floor import APART, Floor, floor, move_away, on_the_loops
 from .motion import COBOT, job
-from .processors import APART, move_away, on_the_loops
 from .run import Ran, cpu_time, run
 from .sessions import echo, fci, latencies, report, rtde, timeouts
 

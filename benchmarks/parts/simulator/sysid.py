@@ -30,7 +30,7 @@ from exidyn.identification.recordings.recording import Recording
 
 from .arms import SEEDS, TORQUE, Arm, logged, moved
 from .concealed import described
-from .judge import tool_error
+from .concealed_gap import tool_error
 from .physics import Item, set_number
 from .real_arm import places_of
 from .score import said

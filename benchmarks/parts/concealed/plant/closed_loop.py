@@ -10,8 +10,7 @@ import numpy as np
 
 from .body import mass_matrix, njit, solve, turn
 from .forces import hang, misread, resistance, ripple, saturate, swing, windup
-from .friction import add_friction
-from .machine import Machine, State
+from .friction import Machine, State, add_friction
 
 STEP = 0.0005
 """Time step of physics and drives [s]."""

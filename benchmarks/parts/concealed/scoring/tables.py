@@ -9,8 +9,9 @@ from common import show
 
 from exidyn.identification.diagnosis.candidates import kinds
 
-from .answers import NOTHING, UNEXPLAINED
 from .score import (
+    NOTHING,
+    UNEXPLAINED,
     Pair,
     alarmed,
     coverage_rows,

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..plant.body import Body
-from ..robots.robot import Robot
+from .plant.body import Body
 from .record import FILTER_HZ, Run, low_pass, rms
+from .robot import Robot
 
 COLUMNS = "t, q1..qn [rad], i1..in [current unit], temp1..tempn [deg C]"
 EQUATIONS = """\

@@ -1,9 +1,14 @@
-"""Time of one call of the written functions, in C++ and in Python, the least of several rounds."""
+"""Torque that a feedforward leaves of held-out runs, and the time of a call of its functions.
+
+The fit is the library's own, from the training runs. Torques have passed the decimation filter of the fit,
+and samples in which a joint stands do not count: what holds it is not known. Times are the least of several
+rounds.
+"""
 
 import shutil
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,7 +16,49 @@ from typing import Any
 import numpy as np
 from common import show
 
+from exidyn.identification.arm.motion import Motion
 from exidyn.identification.feedforward.feedforward import Feedforward
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.preparation.prepare import Prepared, prepare
+from exidyn.identification.recordings.recording import Recording
+
+WHAT = ("gravity", "gravity and friction", "compensation", "inverse dynamics")
+"""What is subtracted: holding torque; friction in full; friction as it is compensated, to 70 %; all."""
+
+
+def left(name: str, fit: Fit, runs: Sequence[Recording]) -> dict[str, Any]:
+    """A table: root mean square torque of all runs, and the share of it that is left [%]."""
+    feedforward = fit.feedforward()
+    squares = np.array([_squares(feedforward, prepare(run, fit.filtering)) for run in runs]).sum(axis=0)
+    counts, measured, *rest = squares
+    rms = np.sqrt(measured / np.maximum(counts, 1.0))
+    shares = {what: 100.0 * np.sqrt(part / measured) for what, part in zip(WHAT, rest, strict=True)}
+    joints = [f"J{j + 1}" for j in range(len(rms))]
+    rows = [["torque [N m]", *rms], *([f"after {what} [%]", *values] for what, values in shares.items())]
+    show(f"{name}: torque of held-out runs, and what is left of it", ["", *joints], rows)
+    return {"torque_rms": rms, "left_percent": shares}
+
+
+def _squares(feedforward: Feedforward, run: Prepared) -> np.ndarray:
+    """Number of samples, and sums of squares of the measured torque and of each remainder, (6, n)."""
+    gain = 1.0 if feedforward.gain is None else feedforward.gain
+    measured = run.decimation.apply((gain * run.current) @ feedforward.robot.coupling)
+    parts = [run.decimation.apply(part) for part in _predicted(feedforward, run.motion)]
+    remainders = [measured, *(measured - part for part in parts)]
+    return np.array([run.weight.sum(axis=0), *(np.sum(run.weight * r**2, axis=0) for r in remainders)])
+
+
+def _predicted(feedforward: Feedforward, motion: Motion) -> list[np.ndarray]:
+    """Torques in the order of `WHAT`, each (t, n)."""
+    q, dq, warm = motion.position, motion.velocity, motion.temperature
+    gravity = feedforward.gravity(q, warm)
+    return [
+        gravity,
+        gravity + feedforward.friction(q, dq, warm),
+        feedforward.compensation(q, dq, warm),
+        feedforward.torque(q, dq, motion.acceleration, warm),
+    ]
+
 
 NAMES = {"gravity": 1, "compensation": 2, "inverse_dynamics": 3}
 """Function -> number of its arguments."""
