@@ -14,7 +14,7 @@ from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.robot_text import urdf_text
 
-from .sets import Known
+from .tables import Known
 
 GYRATION = 0.06
 """Radius of gyration of every body about its centre of mass, relative to the arm's scale [m]."""

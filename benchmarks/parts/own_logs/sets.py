@@ -18,7 +18,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 
 from ..real.data import DE_LUCA, FOLDER, KR300_TURNS, piece
 from .commands import claims_about, proposal_of, run
-from .tables import Statement, of_init
+from .tables import Known, Statement, of_init
 
 DIRECT = """<robot name="motor">
 <link name="stator"/>
@@ -31,22 +31,6 @@ DIRECT = """<robot name="motor">
 </robot>
 """
 """The motor of odrive_spin_slow without a gear: the one in its robot.toml is fictitious."""
-
-
-@dataclass(frozen=True)
-class Known:
-    """What is true of a log."""
-
-    time: str  # Unit
-    position: str  # Unit
-    velocity: str  # Unit a second, "" without velocities
-    # "torque" of the joints, "current" for anything that needs a gain, "command" where there is none and
-    # servos follow commands; "" where nobody knows
-    effort: str
-    gain: np.ndarray | None  # Of the drives [N m per unit], shape (n,); None where nobody knows
-    # Names by signal in the order of the robot's joints, those that must be found
-    columns: dict[str, list[str]]
-    gravity: bool = True  # Whether the arm is known to stand as it is described
 
 
 GRAVITY = r"gravity|leans?|tilt|upside"

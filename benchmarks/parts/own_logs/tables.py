@@ -2,13 +2,28 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from common import show
 
-from .sets import Known
+
+@dataclass(frozen=True)
+class Known:
+    """What is true of a log."""
+
+    time: str  # Unit
+    position: str  # Unit
+    velocity: str  # Unit a second, "" without velocities
+    # "torque" of the joints, "current" for anything that needs a gain, "command" where there is none and
+    # servos follow commands; "" where nobody knows
+    effort: str
+    gain: np.ndarray | None  # Of the drives [N m per unit], shape (n,); None where nobody knows
+    # Names by signal in the order of the robot's joints, those that must be found
+    columns: dict[str, list[str]]
+    gravity: bool = True  # Whether the arm is known to stand as it is described
+
 
 CERTAIN, SURE = 0.95, 0.99
 """Stated probabilities above which a statement counts as certain, and as more than certain."""
