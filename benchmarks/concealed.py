@@ -20,7 +20,7 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
 from common import save
-from parts.concealed.answerers import NAMES, Answerer, answerer
+from parts.concealed.answerers import ANSWERERS, Answerer
 from parts.concealed.case import Draw, concealed_set, make, quick_set, warm_up
 from parts.concealed.scoring.score import Pair, pairs, read_answer, read_truths
 from parts.concealed.scoring.tables import print_scores
@@ -35,7 +35,6 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help="four small cases, under a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="cases, truth and answers stay in FOLDER")
-    parser.add_argument("--answer", choices=NAMES, default="product", help="who answers")
     parser.add_argument(
         "--bare", action="store_true", help="answer every case a second time, without the values it states"
     )
@@ -77,7 +76,7 @@ def answered(
     given = before(folder, file, resume)
     asked = [place for place in (folder / "cases").iterdir() if only is None or place.name in only]
     places = sorted(place for place in asked if place.name not in given)
-    answer = partial(timed, answer=answerer(who, folder / "truth"))
+    answer = partial(timed, answer=ANSWERERS[who])
     for place, one in zip(
         places, tqdm(pool.map(answer, places), total=len(places), unit="case"), strict=True
     ):
@@ -102,9 +101,7 @@ def main(options: argparse.Namespace) -> dict[str, Any]:
         if options.make:
             return {"cases": len(cases)}
         only = None if options.made else {case.name for case in cases}
-        files = {options.answer: "answers.json"}
-        if options.bare:
-            files.setdefault("bare", "answers-bare.json")
+        files = {"product": "answers.json"} | ({"bare": "answers-bare.json"} if options.bare else {})
         return print_scores(
             {who: answered(who, file, folder, pool, only, options.resume) for who, file in files.items()}
         )

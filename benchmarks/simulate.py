@@ -1,4 +1,4 @@
-"""Closed-loop simulation beside MuJoCo on the same arm, and torques of exported models beside the fit's.
+"""Closed-loop simulation beside MuJoCo on the same arm.
 
 The arm is the built-in KR270: six joints, friction, rotors, a spring balancer. Both simulators follow the
 same commands under the same cascade, MuJoCo by the exported MJCF and with its loop closed in Python, as one
@@ -13,7 +13,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from parts.simulate import Run, bare, motion_of, ours, round_trips, theirs
+from parts.simulate import Run, bare, motion_of, ours, theirs
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.export import FORMATS, Portable
@@ -70,7 +70,6 @@ def _rms(values: np.ndarray) -> np.ndarray:
 def main() -> None:
     chosen = options(__doc__.splitlines()[0])
     figures: dict[str, Any] = against_mujoco(*((8.0, 3) if chosen.quick else (12.0, 12)))
-    figures |= round_trips(20.0 if chosen.quick else 60.0)
     save(chosen.json, figures)
 
 

@@ -1,12 +1,10 @@
-"""Who answers concealed cases: the product, and two that show what the scores mean."""
+"""Who answers concealed cases: the product, with the values that a case states and without."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from .write import truth_table
 
 if TYPE_CHECKING:
     from exidyn.identification.model import Model
@@ -36,37 +34,4 @@ def without_values(model: "Model") -> "Model":
     return replace(model, stated={}, robot=replace(model.robot, inertias_stated=False))
 
 
-def silent(folder: Path) -> dict[str, Any]:
-    """Never finds anything: what a score is worth without work."""
-    return {"findings": [], "unexplained": False, "seconds": 0.0}
-
-
-def oracle(folder: Path, truths: Path) -> dict[str, Any]:
-    """Reads the truth: whether the scorer gives full marks."""
-    truth = truth_table(truths, folder.name)
-    outside = truth["kind"] == "outside"
-    findings = [
-        {"effect": effect["effect"], "joints": effect["joints"], "confidence": 1.0, "alternatives": []}
-        for effect in truth["effects"]
-    ]
-    return {
-        "findings": [] if outside else findings,
-        "unexplained": outside,
-        "torque_rms_before": truth["noise_floor_filtered"],
-        "torque_rms_after": truth["noise_floor_filtered"],
-        "torque_rms_filter_hz": truth["noise_filter_hz"],
-        "seconds": 0.0,
-    }
-
-
-def answerer(name: str, truths: Path) -> Answerer:
-    """By name: product, bare, silent or oracle."""
-    return {
-        "product": product,
-        "bare": partial(product, values=False),
-        "silent": silent,
-        "oracle": partial(oracle, truths=truths),
-    }[name]
-
-
-NAMES = ("product", "bare", "silent", "oracle")
+ANSWERERS: dict[str, Answerer] = {"product": product, "bare": partial(product, values=False)}

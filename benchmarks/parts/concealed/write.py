@@ -185,9 +185,3 @@ def write_truth(folder: Path, name: str, truth: dict[str, Any]) -> None:
     """Write it where the code under test does not look."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.json").write_text(json.dumps({"name": name, **truth}, indent=1, default=plain) + "\n")
-
-
-def truth_table(folder: Path, name: str) -> dict[str, Any]:
-    """Read a truth file."""
-    truth: dict[str, Any] = json.loads((folder / f"{name}.json").read_text())
-    return truth

@@ -1,10 +1,8 @@
 """One diagnosis of a real arm, once more with what was named in its model, and what is known of that arm."""
 
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -120,20 +118,6 @@ class Named:
     verdict: str  # "known", "false" or "unverified"; "undecided" where it was not named
     why: str = ""  # Why it is false; what it might be instead where it is undecided
     instead: float = 0.0  # Probability of the most credible other name where it is undecided
-
-
-def kept(key: str, folder: Path | None, twice: bool) -> dict[str, Any]:
-    """The answer that a folder has, or a new one, which it has then."""
-    file = folder / f"{key}.json" if folder else None
-    if file and file.exists():
-        found: dict[str, Any] = json.loads(file.read_text())
-        if found["again"] or not twice:
-            return found
-    found = answer(key, twice)
-    if file:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(found) + "\n")
-    return found
 
 
 def answer(key: str, twice: bool = True) -> dict[str, Any]:

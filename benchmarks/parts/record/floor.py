@@ -1,14 +1,11 @@
-"""The floor: how late a loop that does nothing is, on this machine and at the same time.
+"""The floor: how late a loop in C that does nothing is, on this machine and at the same time."""
 
-Run as a module with a cycle [s], it is the loop in Python, where there is no compiler.
-"""
-
+import atexit
 import os
+import shutil
 import signal
 import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -16,9 +13,8 @@ from pathlib import Path
 from shutil import which
 
 import numpy as np
-from common import imports_as_here
 
-from exidyn.acquire.run.realtime import PRIORITY, realtime
+from exidyn.acquire.run.realtime import PRIORITY
 
 ALL = frozenset(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else frozenset[int]()
 """Processors that this process was given."""
@@ -90,15 +86,9 @@ int main(int count, char **given) {
 
 
 class Floor:
-    """What the bare loop found; filled when it has ended.
+    """When each tick of the bare loop ran and how late it was, (t, 2) [s]; filled when it has ended."""
 
-    Attributes:
-        what: Which loop it was.
-        ticks: When each tick ran, by the monotonic clock, and how late it was, shape (t, 2) [s].
-    """
-
-    def __init__(self, what: str) -> None:
-        self.what = what
+    def __init__(self) -> None:
         self.ticks = np.zeros((0, 2))
 
     def lateness(self, begin: float, end: float) -> np.ndarray:
@@ -116,11 +106,9 @@ def floor(cycle: float) -> Iterator[Floor]:
     that it never waits for what our loop does and shows the machine alone. Our loop waits for it where both
     are due at once, for some microseconds.
     """
-    program = _compiled()
-    in_c = [program, str(round(1e9 * cycle)), str(PRIORITY + 1)]
-    command = in_c if program else [sys.executable, "-P", "-m", __name__, str(cycle)]
-    found = Floor("C" if program else "Python")
-    with subprocess.Popen(command, stdout=subprocess.PIPE, env=imports_as_here()) as loop:
+    command = [_compiled(), str(round(1e9 * cycle)), str(PRIORITY + 1)]
+    found = Floor()
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as loop:
         try:
             yield found
         finally:
@@ -131,42 +119,13 @@ def floor(cycle: float) -> Iterator[Floor]:
 
 @cache
 def _compiled() -> str:
-    """The loop in C; empty where there is no compiler."""
+    """Path of the loop in C; its folder is kept until this process ends."""
     compiler = which("cc") or which("gcc")
     if compiler is None:
-        return ""
-    folder = Path(_folder().name)
+        raise SystemExit("the bare loop is written in C: install a compiler, cc or gcc")
+    folder = Path(tempfile.mkdtemp(prefix="exidyn-floor-"))
+    atexit.register(shutil.rmtree, folder)
     source, program = folder / "floor.c", folder / "floor"
     source.write_text(PROGRAM % (MOST, MOST))
     subprocess.run([compiler, "-O2", "-o", str(program), str(source)], check=True)
     return str(program)
-
-
-@cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    """Kept until this process ends."""
-    return tempfile.TemporaryDirectory(prefix="exidyn-floor-")
-
-
-def python_loop(cycle: float) -> None:
-    """The same in Python, with lateness on standard output at SIGTERM."""
-    late: list[tuple[float, float]] = []
-
-    def end(*_: object) -> None:
-        sys.stdout.buffer.write(np.array(late).tobytes())
-        sys.stdout.flush()
-        sys.exit()
-
-    signal.signal(signal.SIGTERM, end)
-    with realtime():
-        due, step = time.monotonic_ns(), round(1e9 * cycle)
-        while True:
-            due += step
-            time.sleep(max(due - time.monotonic_ns(), 0) * 1e-9)
-            behind = time.monotonic_ns() - due
-            late.append((1e-9 * (due + behind), 1e-9 * behind))
-            due += behind // step * step
-
-
-if __name__ == "__main__":
-    python_loop(float(sys.argv[1]))

@@ -49,7 +49,7 @@ MEANING = f"""\
   ur_rtde   from a package's time stamp until the loop runs, over the quickest of the same part of the run;
             the controller's own lateness and the network are in it. So are those of franka, whose states pass
             through a process of the driver's on the same processor, and wait while the loop is late
-  floor     the same for a loop in {{}} that does nothing, at the same time and cycle, on the loop's processor
+  floor     the same for a loop in C that does nothing, at the same time and cycle, on the loop's processor
             and one priority above, so that it shows the machine and never waits for the loop. Where the
             controller has the clock, sessions with other such controllers, one before and one after, in real
             time on the same processor: for kuka_rsi six lines of Python that answer, for ur_rtde and franka
@@ -71,7 +71,6 @@ class Measured:
     bare_missed: int  # Cycles that the floor missed
     cpu_peer: float  # CPU time that the peer took [s]
     krc: dict[str, Any]  # What the KUKA controller counted; empty for others
-    bare_loop: str  # What the floor is written in
 
     @property
     def missed(self) -> int:
@@ -112,7 +111,7 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
     with controller(name, folder, **settings) as (driver, peer), on_the_loops():
         if peer:
             move_away(peer.process.pid)
-        beside = nullcontext(Floor("Python")) if session else floor(cycle_of(driver))
+        beside = nullcontext(Floor()) if session else floor(cycle_of(driver))
         during = _times(driver)
         used = cpu_time(peer.process.pid) if peer else 0.0
         with beside as bare:
@@ -124,7 +123,7 @@ def measure(name: str, seconds: float, folder: Path) -> Measured:
     floors = np.concatenate([one for one, _ in sessions])
     missed = sum(count for _, count in sessions)
     stamped = name in STAMPED
-    return Measured(ran, _of(late, stamped), _of(floors, stamped), missed, used, krc, bare.what)
+    return Measured(ran, _of(late, stamped), _of(floors, stamped), missed, used, krc)
 
 
 def slept(bare: Floor, during: Sequence[float], cycle: float) -> tuple[np.ndarray, int]:
@@ -177,9 +176,8 @@ def measure_all(seconds: float, folder: Path, drivers: Collection[str]) -> dict[
 
 def table(found: dict[str, Measured], seconds: float) -> dict[str, Any]:
     """Print the table; the figures of it."""
-    bare = "C" if any(one.bare_loop == "C" for one in found.values()) else "Python"
     show(f"{seconds:g} s of motion through each driver", HEADER, [_row(*one) for one in found.items()])
-    print(MEANING.format(bare))
+    print(MEANING)
     if not APART:
         print("  Loop, floor, peer and recorder share their processors: the figures are the peer's too.")
     refused = {text for one in found.values() for text in one.ran.refused}

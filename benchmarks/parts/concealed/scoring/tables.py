@@ -1,7 +1,7 @@
 """Tables of scores, and their figures: of one way to answer, or of several beside each other."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,30 +20,10 @@ from .score import (
     figures,
     of_kind,
     precise,
-    recalled,
     share,
     top1,
     visible,
 )
-
-WIDTH = 0.35
-"""Over how many natural logarithms of strength the chance to be found rises from a half to three quarters."""
-BOUNDS = (0.05, 20.0)
-"""Strengths that are thought possible, effect over noise."""
-
-
-def half_way(tried: Sequence[tuple[float, bool]]) -> tuple[float, float, float]:
-    """Strength found half of the time and its 90 % interval, by the likelihood of every strength."""
-    middle = np.log(np.geomspace(*BOUNDS, 400))
-    chance = np.zeros(len(middle))
-    for value, found in tried:
-        away = (np.log(max(value, 1e-3)) - middle) / WIDTH * np.log(3.0)
-        chance -= np.logaddexp(0.0, -away if found else away)
-    likely = np.exp(chance - np.max(chance))
-    below = np.cumsum(likely) / np.sum(likely)
-    half, low, high = (float(np.exp(middle[np.searchsorted(below, level)])) for level in (0.5, 0.05, 0.95))
-    return half, low, high
-
 
 STRENGTHS = (0.0, 0.5, 1.0, 2.0, 5.0, np.inf)
 CONFIDENCES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0 + 1e-9)
@@ -57,18 +37,6 @@ def calibration(cases: list[Pair]) -> list[list[Any]]:
         for found, right in zip(case.answer.findings, precise(case), strict=True)
     ]
     return classes(stated)
-
-
-def family_calibration(cases: list[Pair]) -> list[list[Any]]:
-    """The same of families that were named."""
-    return classes(
-        [
-            (found.family_confidence, any(found.related(truth) for truth in case.truth.effects))
-            for case in cases
-            for found in case.answer.findings
-            if found.family
-        ]
-    )
 
 
 def classes(stated: list[tuple[float, bool]]) -> list[list[Any]]:
@@ -96,16 +64,6 @@ def by_strength(cases: list[Pair]) -> list[list[Any]]:
                 [low, high, len(inside), share(map(top1, inside)), share(map(covered, inside)), silent]
             )
     return rows
-
-
-def sensitivity(cases: list[Pair]) -> list[list[Any]]:
-    """Strength of each effect that is found half of the time, its 90 % interval, and of how many cases."""
-    tried: dict[str, list[tuple[float, bool]]] = {}
-    for case in of_kind(cases, "single"):
-        [effect], [strength] = case.truth.effects, case.truth.visibility
-        if np.isfinite(strength):
-            tried.setdefault(effect.effect, []).append((strength, any(recalled(case))))
-    return [[effect, *half_way(own), len(own)] for effect, own in sorted(tried.items())]
 
 
 def confusion(cases: list[Pair]) -> list[list[Any]]:
@@ -161,15 +119,7 @@ TABLES = {
         ("from", "to", "cases", "top 1", "with alternatives", "silent"),
         by_strength,
     ),
-    "sensitivity": Table(
-        "found half of the time (effect over noise)",
-        ("effect", "strength", "from", "to", "cases"),
-        sensitivity,
-    ),
     "calibration": Table("stated probabilities", ("from", "to", "findings", "stated", "right"), calibration),
-    "families": Table(
-        "stated probabilities of families", ("from", "to", "findings", "stated", "right"), family_calibration
-    ),
     "coverage": Table(
         "95 % intervals of diagnosed numbers (medians; error over std is a root mean square)",
         ("effect", "number", "count", "contained %", "error %", "half interval %", "error / std"),
