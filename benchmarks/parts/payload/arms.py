@@ -71,15 +71,8 @@ def _friction(model: Model, rated: np.ndarray, fast: np.ndarray) -> dict[str, Pr
 
 ARMS = (
     Arm("cobot (UR10)", "cobot", (0.5, 3.0, 10.0), 0.12),
-    Arm(
-        "Panda",
-        "mjcf/panda_nohand.xml",
-        (0.7, 3.0),
-        0.08,
-        (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0),
-        0.0,
-        2.0,
-    ),
+    Arm("Panda", "mjcf/panda_nohand.xml", (0.7, 3.0), 0.08, (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0), 0.0,
+        2.0),
     Arm("KR270", "kr270", (50.0, 175.0), 0.25),
     Arm("SO-100", "mjcf/so_arm100.xml", (0.2,), 0.04, (3.0, 3.0, 3.0, 3.0, 3.0, 3.0), 1.2, 3.0),
-)
+)  # fmt: skip
