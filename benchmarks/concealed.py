@@ -22,8 +22,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 from common import save
 from parts.concealed.answerers import ANSWERERS, Answerer
 from parts.concealed.case import Draw, concealed_set, make, quick_set, warm_up
-from parts.concealed.scoring.score import Pair, pairs, read_answer, read_truths
-from parts.concealed.scoring.tables import print_scores
+from parts.concealed.scoring import Pair, pairs, print_scores, read_answer, read_truths
 from tqdm import tqdm
 
 PROCESSES = 2

@@ -24,8 +24,7 @@ import numpy as np
 from common import Kept, options, save, show
 from parts.excite import kr270, limits
 from parts.excite.arm import Arm, arm_of, why_no_arm
-from parts.excite.ours import ours
-from parts.excite.peers import HARMONICS, PeerResult, random_search, slsqp
+from parts.excite.peers import HARMONICS, PeerResult, ours, random_search, slsqp
 
 from exidyn.trajectories.planning.wishes import Wishes
 

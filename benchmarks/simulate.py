@@ -2,8 +2,7 @@
 
 The arm is the built-in KR270: six joints, friction, rotors, a spring balancer. Both simulators follow the
 same commands under the same cascade, MuJoCo by the exported MJCF and with its loop closed in Python, as one
-would write it; times are CPU seconds of one thread, the least of several. Torques are those of an identified
-model on a motion that it has not seen.
+would write it; times are CPU seconds of one thread, the least of several.
 """
 
 import os

@@ -20,8 +20,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from parts.figaroh import FigarohArm, Settings, why_absent
-from parts.regressor_floor import regressor_floor
+from parts.figaroh import FigarohArm, Settings, regressor_floor, why_absent
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.fit.estimators import weighted

@@ -1,14 +1,6 @@
-"""FIGAROH's own code path on arrays in memory, for comparison.
+"""Rivals of speed: FIGAROH's own code path on arrays in memory, and the least a regressor can cost from Python.
 
-Used as in its documentation: `load_robot`, a YAML file in its unified format, and a subclass of its
-`BaseIdentification` that returns the recording as a `TrajectoryData`. Filter, derivatives, regressor, base
-parameters, solution and standard deviations are all FIGAROH's. Two ways to set it:
-
-- `Settings()`: FIGAROH's defaults (cut-off 100 Hz, every tenth row after its
-  decimation), given only the sample rate;
-- `Settings.best()`: a cut-off that suits the motion, and the filter's edges masked.
-
-FIGAROH is optional: `why_absent()` names in one sentence what to install.
+FIGAROH is used as in its documentation: `load_robot`, a YAML file in its unified format, and a subclass of its `BaseIdentification` that returns the recording as a `TrajectoryData`. Filter, derivatives, regressor, base parameters, solution and standard deviations are all FIGAROH's. It is optional: `why_absent()` names in one sentence what to install.
 """
 
 import contextlib
@@ -21,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 
 class Settings(NamedTuple):
@@ -73,14 +66,7 @@ class FigarohArm:
     def identify(
         self, position: np.ndarray, torque: np.ndarray, rate: float, settings: Settings
     ) -> np.ndarray:
-        """Relative residual of FIGAROH's whole identification with statistics, shape (n,) [-].
-
-        Args:
-            position: Shape (t, n) [rad].
-            torque: Shape (t, n) [N m].
-            rate: Samples a second [Hz].
-            settings: What its user chooses.
-        """
+        """Relative residual (n,) of FIGAROH's whole identification of arrays (t, n), without its plots."""
         recording = self._recording(position, torque, rate, settings.edge)
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
             file = Path(folder) / "arm.yaml"
@@ -147,3 +133,29 @@ def _relative_residual(work: Any, joints: int) -> np.ndarray:
     torque = work.tau_noised.reshape(joints, -1)
     residual = torque - work.tau_identif.reshape(joints, -1)
     return np.asarray(np.linalg.norm(residual, axis=1) / np.linalg.norm(torque, axis=1))
+
+
+FRICTION_BLOCKS = 4
+"""Columns a joint beyond its link's ten: viscous, Coulomb, rotor inertia, offset."""
+
+
+def regressor_floor(
+    kinematics: pin.Model, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+) -> np.ndarray:
+    """Regressor of rigid links, viscous and Coulomb friction, rotor inertia and offset, (t, n, 14 n).
+
+    Nothing is checked and nothing is named: this is the time that any library pays which asks Pinocchio for
+    one sample at a time and keeps what it gets.
+    """
+    samples, joints = position.shape
+    rigid = 10 * joints
+    out = np.zeros((samples, joints, rigid + FRICTION_BLOCKS * joints))
+    data = kinematics.createData()
+    for k in range(samples):
+        out[k, :, :rigid] = pin.computeJointTorqueRegressor(
+            kinematics, data, position[k], velocity[k], acceleration[k]
+        )
+    joint = np.arange(joints)
+    for block, column in enumerate((velocity, np.sign(velocity), acceleration, 1.0)):
+        out[:, joint, rigid + block * joints + joint] = column
+    return out

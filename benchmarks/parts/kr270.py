@@ -87,12 +87,7 @@ def over_std(estimate: Estimate, equations: Equations, name: str) -> float:
 
 
 def edit_test_table(title: str, fits: Mapping[str, Fit]) -> dict[str, Any]:
-    """One row an edit test and one for the runs beside it; gives the residuals [N m] by fit and run.
-
-    Args:
-        title: Of the table.
-        fits: What was done -> the fit, which has an edit test.
-    """
+    """One row an edit test and one for the runs beside it; gives the residuals [N m] by fit and run."""
     rows: list[list[Any]] = []
     figures: dict[str, Any] = {}
     for label, fit in fits.items():

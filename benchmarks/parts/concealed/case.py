@@ -11,7 +11,7 @@ from .effects import OUTSIDE, VOCABULARY, Conceal, places
 from .plant.closed_loop import SETTLE, STEP, run
 from .record import PLANS, SECONDS, Run, record
 from .robot import ARMS, Robot, honest
-from .scoring.score import DETECTABLE
+from .scoring import DETECTABLE
 from .strength import Bench, conceal, torques, with_peak
 from .write import truth_of, write_case, write_truth
 

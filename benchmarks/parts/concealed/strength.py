@@ -95,15 +95,9 @@ def _difference(one, other, position, velocity, acceleration):  # type: ignore[n
 
 
 def beyond_prior(robot: Robot, seen: list[Seen], noise: np.ndarray) -> tuple[np.ndarray, float]:
-    """What of an effect's torque the nominal parameters cannot take up.
+    """Rms of what the priors cannot take up over the noise (n,), and the gain in chi-squared by knowing it.
 
-    Args:
-        robot: With the effect's owner's priors.
-        seen: Runs without it, and its torque in them.
-        noise: Noise floor below the filter, (n,) [N m].
-
-    Returns:
-        Its rms over the noise floor on every joint, (n,), and the gain in chi-squared by knowing it.
+    `seen` are runs without the effect, and its torque in them; `noise` is the filtered floor, (n,) [N m].
     """
     # Runs of one length are stacked; every joint is weighted by its noise.
     torque = np.concatenate([low_pass(run.torque)[::EVERY] for run in seen]) / noise
@@ -190,15 +184,8 @@ def conceal(
 ) -> tuple[Concealed, Strength]:
     """An effect at the strength that is visible as wanted, or as near as the effect's bounds allow.
 
-    Args:
-        robot: To conceal it in.
-        effect: What.
-        joint: Where.
-        wanted: Visibility.
-        evident: Evidence that it should have at least; a payload within the prior of the last link has
-            none, however many noise floors it weighs.
-        bench: On which it is tried.
-        tries: Simulations at most.
+    It should have `evident` evidence at least; a payload within the prior of the last link has none, however
+    many noise floors it weighs. At most `tries` simulations.
     """
     value, power, before = max(wanted, 1e-3), 1.0, None
     for attempt in range(tries):

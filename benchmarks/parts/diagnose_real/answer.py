@@ -16,7 +16,7 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
 
-from ..concealed.scoring.score import dependence
+from ..concealed.scoring import dependence
 from ..proof.open_loop import open_loop
 from .known import Known, numbers
 from .sets import CASES, FOLDER, Case, Runs

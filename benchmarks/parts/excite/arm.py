@@ -134,12 +134,7 @@ ARMS = {"UR10": "ur_description/urdf/ur10_robot.urdf", "xArm 7": "xarm_descripti
 
 
 def arm_of(name: str, margin: float = MARGIN) -> Arm:
-    """An arm of `ARMS`.
-
-    Args:
-        name: Its name there.
-        margin: Share of each limit's range to keep clear at either end.
-    """
+    """An arm of `ARMS`; `margin` is the share of each limit's range to keep clear at either end."""
     urdf = robots() / ARMS[name]
     model = replace(read_model(urdf), effects=(RigidBody(),))
     limits = _within(model.robot.limits, margin)

@@ -148,14 +148,31 @@ def torques(arm: Arm, motion: Motion, gravity: bool = True, rotor: float = ROTOR
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
 SIX = Arm(
     "six",
-        (Body("joint1", "", (0.0, 0.0, 0.16), Z, 7.1, (0.02, -0.03, 0.0)), Body("joint2", "joint1", (0.0, 0.18, 0.0), Y, 12.7, (0.0, -0.03, 0.28)), Body("joint3", "joint2", (0.0, -0.14, 0.61), Y, 4.3, (0.01, 0.0, 0.25)), Body("joint4", "joint3", (0.0, 0.0, 0.57), Y, 2.0, (0.0, 0.09, 0.02)), Body("joint5", "joint4", (0.0, 0.16, 0.0), Z, 2.0, (0.01, 0.0, 0.08)), Body("joint6", "joint5", (0.0, 0.0, 0.12), Y, 0.6, (0.02, 0.05, 0.01))),
-        1.0, (0.0, 0.6, 0.9, 0.2, 0.0, 0.0),
-)  # fmt: skip
+    (
+        Body("joint1", "", (0.0, 0.0, 0.16), Z, 7.1, (0.02, -0.03, 0.0)),
+        Body("joint2", "joint1", (0.0, 0.18, 0.0), Y, 12.7, (0.0, -0.03, 0.28)),
+        Body("joint3", "joint2", (0.0, -0.14, 0.61), Y, 4.3, (0.01, 0.0, 0.25)),
+        Body("joint4", "joint3", (0.0, 0.0, 0.57), Y, 2.0, (0.0, 0.09, 0.02)),
+        Body("joint5", "joint4", (0.0, 0.16, 0.0), Z, 2.0, (0.01, 0.0, 0.08)),
+        Body("joint6", "joint5", (0.0, 0.0, 0.12), Y, 0.6, (0.02, 0.05, 0.01)),
+    ),
+    1.0,
+    (0.0, 0.6, 0.9, 0.2, 0.0, 0.0),
+)
 SERVO = Arm(
     "servo_arm",
-        (Body("shoulder_pan", "", (0.0, 0.0, 0.06), Z, 0.12, (0.0, 0.0, 0.03)), Body("shoulder_lift", "shoulder_pan", (0.03, 0.0, 0.05), Y, 0.12, (0.0, 0.0, 0.06)), Body("elbow_flex", "shoulder_lift", (0.03, 0.0, 0.11), Y, 0.10, (0.06, 0.0, 0.0)), Body("wrist_flex", "elbow_flex", (0.135, 0.0, 0.0), Y, 0.09, (0.03, 0.0, 0.0)), Body("wrist_roll", "wrist_flex", (0.06, 0.0, 0.0), X, 0.12, (0.04, 0.008, 0.0))),
-        0.3, (0.1, 0.0, 0.2, -0.1, 0.3), reach=1.8, speed=5.0,
-)  # fmt: skip
+    (
+        Body("shoulder_pan", "", (0.0, 0.0, 0.06), Z, 0.12, (0.0, 0.0, 0.03)),
+        Body("shoulder_lift", "shoulder_pan", (0.03, 0.0, 0.05), Y, 0.12, (0.0, 0.0, 0.06)),
+        Body("elbow_flex", "shoulder_lift", (0.03, 0.0, 0.11), Y, 0.10, (0.06, 0.0, 0.0)),
+        Body("wrist_flex", "elbow_flex", (0.135, 0.0, 0.0), Y, 0.09, (0.03, 0.0, 0.0)),
+        Body("wrist_roll", "wrist_flex", (0.06, 0.0, 0.0), X, 0.12, (0.04, 0.008, 0.0)),
+    ),
+    0.3,
+    (0.1, 0.0, 0.2, -0.1, 0.3),
+    reach=1.8,
+    speed=5.0,
+)
 
 
 def _leg(leg: str, x: float, y: float) -> tuple[Body, ...]:
@@ -169,9 +186,16 @@ def _leg(leg: str, x: float, y: float) -> tuple[Body, ...]:
 
 LEGS = Arm(
     "quadruped",
-        (*_leg("FL", 0.19, 0.047), *_leg("FR", 0.19, -0.047), *_leg("RL", -0.19, 0.047), *_leg("RR", -0.19, -0.047)),
-        0.5, (0.0, 0.9, -1.7) * 4, speed=12.0,
-)  # fmt: skip
+    (
+        *_leg("FL", 0.19, 0.047),
+        *_leg("FR", 0.19, -0.047),
+        *_leg("RL", -0.19, 0.047),
+        *_leg("RR", -0.19, -0.047),
+    ),
+    0.5,
+    (0.0, 0.9, -1.7) * 4,
+    speed=12.0,
+)
 
 
 @dataclass(frozen=True)

@@ -293,6 +293,11 @@ def _other_motion() -> Columns:
     return numbered(t=time, q=position, q_ref=command)
 
 
+def _times_gain(columns: Columns) -> Columns:
+    gains = enumerate(cobot().known.gain, 1)
+    return columns | {f"i{joint}": columns[f"i{joint}"] * gain for joint, gain in gains}
+
+
 def in_mujoco() -> Scene:
     """The servo arm by an MJCF whose servos are as in the log."""
     servo = f'kp="{KP}" forcerange="-3.35 3.35"'
@@ -338,14 +343,16 @@ MORE = (
         (r"(per ?cent|%) of (the |each |a )?(joints?'?s? )?(range|travel)|normali[sz]ed",), servos),
     Mistake("legs in another order",
         exchanged(*((f"{s}{a}", f"{s}{a + 3}") for s in ("q", "tau") for a in (1, 2, 3, 7, 8, 9))),
-        (r"FL.{0,120}FR|order of joints +4, 5, 6, 1, 2, 3, 10", r"exchanged|order|swapped|legs|chains|other way round"),
+        (r"FL.{0,120}FR|order of joints +4, 5, 6, 1, 2, 3, 10",
+         r"exchanged|order|swapped|legs|chains|other way round"),
         legs, steps=(INIT, IMPORT)),
     Mistake("gear ratio of joint 4 is half", _motor_side, (GEAR_OF_4,), six, robot=GEARS,
         options=("--motor-side",)),
     Mistake("a sign lost before scaling", each(_lost_sign, r"i\d"),
         (r"\bsigns?\b", r"lost|put back|restored|65[.,]?536|16 bits|two bands")),
     Mistake("position register of joint 2 that saturates", each(_saturated, "q2"),
-        ("joint2|q2", r"saturat|clipp|ends? at|end of (its |the )?(range|register)|stays at|stuck|constant at"),
+        ("joint2|q2",
+         r"saturat|clipp|ends? at|end of (its |the )?(range|register)|stays at|stuck|constant at"),
         six),
     Mistake("commands that are the next state", _next_state, ("command|action", NEXT), servos),
     Mistake("commands that are steps", _steps, ("command|action", STEPS), servos),
@@ -356,8 +363,7 @@ MORE = (
         steps=(IMPORT, LOADED, (*WITH_PAYLOAD, "--mass", str(WRONG_MASS), "--com", *map(str, CENTER))),
         others={"loaded": _loaded}),
     Mistake("torques that are multiplied by the drive gain again",
-        lambda columns: (columns | {f"i{j + 1}": columns[f"i{j + 1}"] * gain for j, gain in enumerate(cobot().known.gain)}),
-        (AGAIN,)),
+        _times_gain, (AGAIN,)),
     Mistake("stamps of arrival in bursts", each(_burst, "t"), (r"burst|arriv",), six),
     Mistake("two runs in one file", _two_runs,
         (r"two runs|(time|stamps?) (begins?|starts?) (anew|again)|restarts?",), six, steps=(INIT, FOLDER)),

@@ -135,12 +135,10 @@ SWINGS = [
     for swing in ("sin_sin", "sin_time_square", "up_and_down")
 ]
 UR10E = (
-    "id_ur-20_02_05-20sec_12harm",
-    "id_ur-20_02_10-30sec_12harm",
-    "id_ur-20_02_19_14harm50secLoad",
-    "val_ur-20_01_17-ptp_10_points",
-    "jointwise_ur-20_01_22-joint_3",
-)
+    "id_ur-20_02_05-20sec_12harm", "id_ur-20_02_10-30sec_12harm", "id_ur-20_02_19_14harm50secLoad",
+    "val_ur-20_01_17-ptp_10_points", "jointwise_ur-20_01_22-joint_3",
+)  # fmt: skip
+STATES = ("nocomp_4", "nocomp_5", "comp_3", "comp_8")
 SERVO_LAW = r"kp|servo.?gain|gain of the (file|servo)"
 SETS = (
     RealSet("kuka_lwr4", ("meas_1", "meas_2", "meas_3"), "arm.urdf", facts=GRAVITY),
@@ -159,7 +157,7 @@ SETS = (
     RealSet("go2_legs", ("legs",), "go2.xml", GO2_DRIVE, _named(GO2), "command", open=GRAVITY),
     RealSet("emps", ("train", "heldout_pulses"), "robot.toml"),
     RealSet("odrive_spin_slow",
-        tuple(f"{state}_{current}" for state in ("nocomp_4", "nocomp_5", "comp_3", "comp_8") for current in ("measured", "setpoint")),
+        tuple(f"{state}_{current}" for state in STATES for current in ("measured", "setpoint")),
         "robot.toml", options={"motor_side": ["position"]}, effort="current", alone=DIRECT),
     RealSet("staubli_tx40", ("train", "heldout"), "tx40.urdf"),
     RealSet("staubli_tx40", ("train_motor_side_torque", "heldout_motor_side_torque"),

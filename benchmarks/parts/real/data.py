@@ -86,22 +86,34 @@ def thirds(run: Recording) -> list[Recording]:
 
 
 UR10E = DataSet(
-    key="ur10e", urdf="ur10e_mamedov/ur10e.urdf",
-        train=("id_ur-20_02_05-20sec_12harm", "id_ur-20_02_06-20sec_10harm", "id_ur-20_02_10-30sec_12harm", "id_ur-20_02_12-40sec_12harm", "id_ur-20_02_19_15harm50sec"),
-        held_out=("id_ur-20_02_12-50sec_12harm", "id_ur-20_02_19_14harm50sec", "val_ur-20_01_17-ptp_10_points"),
-        yardstick=np.array([[0.053, 0.043, 0.038, 0.034, 0.045, 0.035], [0.062, 0.033, 0.038, 0.035, 0.053, 0.044], [0.081, 0.038, 0.028, 0.032, 0.060, 0.051]]),
-        rate=100.0, cutoff=8.0, moving=0.03,
-        drives={"drive_gain": DE_LUCA, "drive_gain_tolerance": PUBLISHED},
+    key="ur10e", urdf="ur10e_mamedov/ur10e.urdf", rate=100.0, cutoff=8.0, moving=0.03,
+    train=(
+        "id_ur-20_02_05-20sec_12harm", "id_ur-20_02_06-20sec_10harm", "id_ur-20_02_10-30sec_12harm",
+        "id_ur-20_02_12-40sec_12harm", "id_ur-20_02_19_15harm50sec",
+    ),
+    held_out=("id_ur-20_02_12-50sec_12harm", "id_ur-20_02_19_14harm50sec", "val_ur-20_01_17-ptp_10_points"),
+    yardstick=np.array([
+        [0.053, 0.043, 0.038, 0.034, 0.045, 0.035],
+        [0.062, 0.033, 0.038, 0.035, 0.053, 0.044],
+        [0.081, 0.038, 0.028, 0.032, 0.060, 0.051],
+    ]),
+    drives={"drive_gain": DE_LUCA, "drive_gain_tolerance": PUBLISHED},
 )  # fmt: skip
 KR300 = DataSet(
-    key="kr300", urdf="kuka_kr300_weigand/kr300.urdf", train=("2020-10-21_A", "2020-10-21_C"),
-        held_out=("2020-10-21_B", "2020-10-16_A", "2020-10-19_B", "2020-10-19_C"),
-        yardstick=np.array([[0.069, 0.063, 0.038, 0.186, 0.080, 0.168], [0.082, 0.068, 0.039, 0.200, 0.043, 0.078], [0.098, 0.063, 0.036, 0.225, 0.093, 0.149], [0.090, 0.052, 0.038, 0.127, 0.068, 0.086]]),
-        rate=250.0, cutoff=10.0, moving=0.01, drives={"gear_ratio": KR300_TURNS},
-        options={"motor_side": ("torque",)},
+    key="kr300", urdf="kuka_kr300_weigand/kr300.urdf", rate=250.0, cutoff=10.0, moving=0.01,
+    train=("2020-10-21_A", "2020-10-21_C"),
+    held_out=("2020-10-21_B", "2020-10-16_A", "2020-10-19_B", "2020-10-19_C"),
+    yardstick=np.array([
+        [0.069, 0.063, 0.038, 0.186, 0.080, 0.168],
+        [0.082, 0.068, 0.039, 0.200, 0.043, 0.078],
+        [0.098, 0.063, 0.036, 0.225, 0.093, 0.149],
+        [0.090, 0.052, 0.038, 0.127, 0.068, 0.086],
+    ]),
+    drives={"gear_ratio": KR300_TURNS}, options={"motor_side": ("torque",)},
 )  # fmt: skip
 PANDA = DataSet(
-    key="panda", urdf="panda_gaz/panda.urdf", train=("traj1[:2/3]",), held_out=("traj1[2/3:]",),
-        yardstick=np.array([[0.067, 0.012, 0.024, 0.010, 0.068, 0.027, 0.153]]), rate=1000.0, cutoff=8.0,
-        moving=0.02, weighed=False,
+    key="panda", urdf="panda_gaz/panda.urdf", rate=1000.0, cutoff=8.0, moving=0.02,
+    train=("traj1[:2/3]",), held_out=("traj1[2/3:]",),
+    yardstick=np.array([[0.067, 0.012, 0.024, 0.010, 0.068, 0.027, 0.153]]),
+    weighed=False,  # 1 kg a link, to have something there
 )  # fmt: skip

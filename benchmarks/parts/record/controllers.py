@@ -127,10 +127,6 @@ ARMS = {"franka": FR3}
 def controller(name: str, folder: Path, *arguments: str, **settings: Any) -> Any:
     """A driver and its peer, as a context manager that gives a `Controlled`.
 
-    Args:
-        name: Of the driver.
-        folder: Where files of theirs may go.
-        arguments: More of the peer's command line.
-        settings: Of the driver, other than those that fit the peer.
+    `arguments` are more of the peer's command line, `settings` those of the driver that differ from the peer's.
     """
     return CONTROLLERS[name](folder, settings, arguments)

@@ -61,12 +61,7 @@ REST = 0.5
 
 @cache
 def motion(seconds: float, arm: BenchArm = COBOT) -> Trajectory:
-    """A motion of some `seconds`, from the middle of the range and back, inside all limits.
-
-    Args:
-        seconds: About how long it lasts [s].
-        arm: That moves.
-    """
+    """A motion of about so many seconds, from the middle of the range and back, inside all limits."""
     if seconds < PLANNED:
         return _random(seconds, arm)
     period = min(10.0, 0.5 * TICK * round(seconds / TICK))

@@ -39,15 +39,10 @@ def run(
     sinks: Callable[[PipeSink], Sequence[Sink]] = lambda recorder: (),
     started: Callable[[int], None] = lambda recorder: None,
 ) -> Ran:
-    """Play a job and record it.
+    """Play a job with a driver that is not open yet, and record it.
 
-    Args:
-        driver: Not open yet.
-        job: What to do.
-        path: Of a recording that is not there yet.
-        asked: Called every cycle; may ask to stop.
-        sinks: Makes who else is handed every frame, beside the recorder; closed here too.
-        started: Called with the number of the recorder's process before the run.
+    `asked` is called every cycle and may ask to stop; `sinks` makes who else is handed every frame; `started`
+    is called with the number of the recorder's process before the run.
     """
     arm = next(arm for arm in (COBOT, FR3) if arm.model.robot.joints == driver.arm.joints)
     with ExitStack() as stack:

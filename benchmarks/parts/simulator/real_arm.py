@@ -51,13 +51,7 @@ def interpolated(
 
 
 class RealArm:
-    """A user's file with concealed items.
-
-    Args:
-        path: Path of the MJCF.
-        joints: Names of the joints that are logged and commanded.
-        items: What the arm has and the file lacks.
-    """
+    """A user's file, the joints that are logged and commanded, and what the arm has and the file lacks."""
 
     def __init__(self, path: Path, joints: Sequence[str], items: Sequence[Item]) -> None:
         spec = mujoco.MjSpec.from_file(str(path))

@@ -94,16 +94,10 @@ def forth(rotation, vector, out):
 
 @njit(cache=True)
 def inverse_dynamics(body, turned, velocity, acceleration, base, pull, torque):
-    """Joint torques of a motion, into `torque` (n,).
+    """Joint torques of a motion, into `torque` (n,) [N m].
 
-    Args:
-        body: The bodies.
-        turned: From `turn`.
-        velocity: Shape (n,) [rad/s].
-        acceleration: Shape (n,) [rad/s^2].
-        base: Acceleration of the base, gravity taken off, (3,) [m/s^2].
-        pull: Force on the flange from outside, in the last link's frame, (3,) [N].
-        torque: Result, (n,) [N m].
+    `base` is the acceleration of the base, gravity taken off, and `pull` the force on the flange from
+    outside, in the last link's frame, both (3,).
     """
     n = len(velocity)
     force, moment = np.empty((n, 3)), np.empty((n, 3))

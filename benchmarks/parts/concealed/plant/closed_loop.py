@@ -51,19 +51,9 @@ def at_rest(machine, wanted, warm):
     bristles, blocks = np.zeros(n + 1), np.zeros(machine.friction.block.shape)
     summed = held - machine.offset
     return State(
-        link,
-        motor,
-        still,
-        still.copy(),
-        bristles,
-        blocks,
-        warm.copy(),
-        held,
-        wanted.copy(),
-        still.copy(),
-        summed,
-        sway,
-    )
+        link, motor, still, still.copy(), bristles, blocks, warm.copy(), held, wanted.copy(), still.copy(),
+        summed, sway,
+    )  # fmt: skip
 
 
 @njit(cache=True)
@@ -125,15 +115,7 @@ def advance(machine, state, net, time):
 
 @njit(cache=True)
 def simulate(machine, wanted, wanted_velocity, wanted_acceleration, disturbance, warm):
-    """Follow a path (s, n) given every STEP.
-
-    Args:
-        machine: The arm.
-        wanted: Positions, as the drives count them, (s, n) [rad].
-        wanted_velocity: Shape (s, n) [rad/s].
-        wanted_acceleration: Shape (s, n) [rad/s^2].
-        disturbance: Torque on the motors, (s, n) [N m].
-        warm: Temperatures at the start, (n,) [deg C].
+    """Follow a path (s, n) as the drives count it, given every STEP, under a disturbance (s, n) [N m].
 
     Returns:
         Position at the motors as encoders read it, position of the links, torque asked for, temperature, each
