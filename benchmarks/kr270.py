@@ -15,10 +15,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 
 import numpy as np
 from common import Kept, parser, save, show
-from parts.coverage import MASS, SECONDS, Arm, coverage
 from parts.kr270 import (
     BODY,
+    CARRIED,
     CATALOGUE,
+    SECONDS,
+    Arm,
+    coverage,
     edit_test_table,
     equations_of,
     gain_error,
@@ -180,7 +183,7 @@ def paper(quick: bool) -> dict[str, Any]:
 
 def main() -> None:
     described = parser(__doc__.splitlines()[0])
-    described.add_argument("--arm", choices=list(MASS), default="kr270", help="cobot: coverage alone")
+    described.add_argument("--arm", choices=list(CARRIED), default="kr270", help="cobot: coverage alone")
     described.add_argument("--arms", type=int, metavar="N", help=f"to draw; default: {ARMS}")
     described.add_argument(
         "--resume", type=Path, metavar="FILE", help="keeps each arm, and those that it has"

@@ -23,12 +23,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from common import Kept, parser, save, show
 from parts.own_logs.arms import SCENES
-from parts.own_logs.commands import AS_RECORDED, proposal_of, run, run_next
+from parts.own_logs.commands import AS_RECORDED, proposal_of, run, run_next, walk_mistake, walk_right
 from parts.own_logs.foreign import Log, foreign, public
 from parts.own_logs.mistakes import MISTAKES, MORE, in_mujoco
 from parts.own_logs.sets import QUICK, SETS, checked
 from parts.own_logs.tables import of_init, show_logs, show_mistakes, show_recordings, show_statements, summary
-from parts.own_logs.walk_mistake import walk_mistake, walk_right
 
 Case = dict[str, Any]
 """Figures of one case, as JSON has them."""

@@ -1,6 +1,9 @@
-"""Rivals of speed: FIGAROH's own code path on arrays in memory, and the least a regressor can cost from Python.
+"""Rivals of speed: FIGAROH's own code path on arrays, and the least a regressor can cost from Python.
 
-FIGAROH is used as in its documentation: `load_robot`, a YAML file in its unified format, and a subclass of its `BaseIdentification` that returns the recording as a `TrajectoryData`. Filter, derivatives, regressor, base parameters, solution and standard deviations are all FIGAROH's. It is optional: `why_absent()` names in one sentence what to install.
+FIGAROH is used as in its documentation: `load_robot`, a YAML file in its unified format, and a subclass of
+its `BaseIdentification` that returns the recording as a `TrajectoryData`. Filter, derivatives, regressor,
+base parameters, solution and standard deviations are all FIGAROH's. It is optional: `why_absent()` names in
+one sentence what to install.
 """
 
 import contextlib

@@ -327,18 +327,11 @@ def _range(background: Background, joint: int) -> tuple[float, float]:
 
 
 EFFECTS: dict[str, Effect] = {
-    "load_dependent_friction": load_dependent_friction,
-    "stribeck_friction": stribeck_friction,
-    "nonlinear_viscous_friction": nonlinear_viscous_friction,
-    "friction_asymmetry": friction_asymmetry,
-    "position_dependent_friction": position_dependent_friction,
-    "torque_ripple": torque_ripple,
-    "joint_spring": joint_spring,
-    "hysteresis": hysteresis,
-    "kinematic_coupling": kinematic_coupling,
-    "drive_gain_saturation": drive_gain_saturation,
-    "current_crosstalk": current_crosstalk,
-    "time_delay": time_delay,
-    "contact_event": contact_event,
-}
+    effect.__name__: effect
+    for effect in (
+        load_dependent_friction, stribeck_friction, nonlinear_viscous_friction, friction_asymmetry,
+        position_dependent_friction, torque_ripple, joint_spring, hysteresis, kinematic_coupling,
+        drive_gain_saturation, current_crosstalk, time_delay, contact_event,
+    )
+}  # fmt: skip
 """Name in the vocabulary -> its torque."""

@@ -268,15 +268,8 @@ def motor_section(given: dict[str, Answer], picture: Callable[[str, str, str], s
     drawn = {CASES[key].title: given[key] for key in (MOTOR[0], *SWITCHED) if key in given}
     alike = [given[key] for key in SWITCHED if key in given]
     text = " ".join(state_words(word, one) for word, one in zip(("Off", "On"), alike, strict=False))
-    head = [
-        "state",
-        "band",
-        "samples with harmonic 7 inside",
-        "named",
-        "probability",
-        "size",
-        "residual held out [A]",
-    ]
+    head = ["state", "band", "samples with harmonic 7 inside", "named", "probability", "size"]
+    head += ["residual held out [A]"]
     return f"""## A motor whose cogging compensation was switched off and on
 
 {MOTOR_WORDS}

@@ -18,7 +18,7 @@ from exidyn.drivers import Driver
 from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 from exidyn.identification.simulation.plant import typical_plant
 
-from .motion import FR3, MODEL, ROBOT, START
+from .run import FR3, MODEL, ROBOT, START
 
 PRIORITY = 70
 """Of the peers, below the loop: a controller has a processor of its own, and these share ours."""
@@ -127,6 +127,6 @@ ARMS = {"franka": FR3}
 def controller(name: str, folder: Path, *arguments: str, **settings: Any) -> Any:
     """A driver and its peer, as a context manager that gives a `Controlled`.
 
-    `arguments` are more of the peer's command line, `settings` those of the driver that differ from the peer's.
+    `arguments` are more of the peer's command line, `settings` other ones of the driver than usual.
     """
     return CONTROLLERS[name](folder, settings, arguments)

@@ -22,8 +22,7 @@ from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.recordings.recording import Recording
 
 from .controllers import ARMS, NoBus, Peer, controller
-from .motion import COBOT, job
-from .run import Ran, run
+from .run import COBOT, Ran, job, run
 
 SECONDS = 4.0
 """Duration of the motion that a fault hits."""

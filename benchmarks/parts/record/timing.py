@@ -16,8 +16,7 @@ from exidyn.drivers import Driver
 
 from .controllers import ARMS, CONTROLLERS, NoBus, controller
 from .floor import APART, Floor, floor, move_away, on_the_loops
-from .motion import COBOT, job
-from .run import Ran, cpu_time, run
+from .run import COBOT, Ran, cpu_time, job, run
 from .sessions import echo, fci, latencies, report, rtde, timeouts
 
 SESSIONS = {"kuka_rsi": echo, "ur_rtde": rtde, "franka": fci}

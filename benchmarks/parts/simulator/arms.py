@@ -21,8 +21,7 @@ from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_wo
 from exidyn.trajectories.random_motion import random_fourier
 
 from .concealed import described
-from .physics import Item, Values, temperature
-from .real_arm import Motion, RealArm
+from .real_arm import Item, Motion, RealArm, Values, temperature
 
 
 class Usual(NamedTuple):

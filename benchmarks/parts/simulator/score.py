@@ -13,7 +13,7 @@ import mujoco
 
 from exidyn.identification.model import Model
 
-from .physics import Item
+from .real_arm import Item
 
 
 class Said(NamedTuple):

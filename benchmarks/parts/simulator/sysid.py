@@ -31,8 +31,7 @@ from exidyn.identification.recordings.recording import Recording
 from .arms import SEEDS, TORQUE, Arm, logged, moved
 from .concealed import described
 from .concealed_gap import tool_error
-from .physics import Item, set_number
-from .real_arm import places_of
+from .real_arm import Item, places_of, set_number
 from .score import said
 from .speed import COULOMB, usual_torque
 
