@@ -54,9 +54,6 @@ class Plant(Protocol):
     def step(self, position: np.ndarray, velocity: np.ndarray, seconds: float) -> None:
         """Follow a command (n,) [rad], [rad/s] that is reached after `seconds`."""
 
-    def push(self, torque: np.ndarray, seconds: float) -> None:
-        """Move for `seconds` under a joint torque (n,) [N m] of the motors, without position control."""
-
 
 @dataclass(frozen=True)
 class Arm:
@@ -98,8 +95,6 @@ class Info:
         listens: Whether the driver takes no commands because something else moves the arm.
         state: Parts of the controller's state in each sample, such as a safety mode: name -> meaning of its
             codes; an empty mapping for a plain number.
-        takes_torque: Whether commands may have a torque and let the arm float. If the host falls silent
-            meanwhile, the dead man must act: the last torque alone holds nothing.
     """
 
     cycle: float
@@ -112,7 +107,6 @@ class Info:
     warnings: tuple[str, ...] = ()
     listens: bool = False
     state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
-    takes_torque: bool = False
 
 
 class Driver(ABC):

@@ -9,20 +9,10 @@ from .errors import Unreadable
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What the drives do in the next cycle.
-
-    Attributes:
-        position: Position to reach, shape (n,) [rad]; while the arm floats, where a stop holds it.
-        velocity: Velocity at that position, shape (n,) [rad/s]; not all drivers use it.
-        torque: Torque that the drives add to that of their position control, shape (n,) [N m]; None for none.
-            Only drivers whose `Info.takes_torque` is set take it.
-        floats: Whether position control is off, so that only `torque` and the drives' damping act.
-    """
+    """Position [rad] and velocity [rad/s] of the next cycle, each (n,); not all drivers use the velocity."""
 
     position: np.ndarray
     velocity: np.ndarray
-    torque: np.ndarray | None = None
-    floats: bool = False
 
 
 SIGNALS = ("position", "velocity", "current", "torque", "temperature")

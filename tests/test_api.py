@@ -15,7 +15,7 @@ from exidyn.identification.errors import ExidynError, MissingPackage
 from exidyn.trajectories.plans.plan import Plan
 
 from .parts.plans.plans import fourier
-from .parts.runs.runs import CASES
+from .parts.runs.parser_files import write_two_traces
 from .parts.small import two_joints
 from .parts.small.small_diagnosis import nominal_model, recordings
 
@@ -77,12 +77,11 @@ def test_a_run_is_a_recording_its_file_or_arrays(tutorial, runs):
     assert second.validation[0].run == "arrays"
 
 
-@pytest.mark.skipif(not CASES.is_dir(), reason=f"no cases in {CASES}; EXIDYN_CASES names their folder")
-def test_several_runs_are_read_together():
-    case = sorted(CASES.glob("*/case.toml"))[0].parent
-    assert len(ex.read_all(case)) > 1
+def test_several_runs_are_read_together(tmp_path):
+    write_two_traces(tmp_path)
+    assert len(ex.read_all(tmp_path, nominal_model())) == 2
     with pytest.raises(ExidynError, match="read_all gives them all"):
-        ex.read(case)
+        ex.read(tmp_path, nominal_model())
 
 
 def test_arrays_may_be_in_degrees_and_state_a_body(runs):

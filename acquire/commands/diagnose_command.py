@@ -1,6 +1,5 @@
 """exidyn diagnose: find the effects that a nominal model lacks, from recordings."""
 
-import sys
 from argparse import Namespace
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.document.text import text
 from exidyn.identification.errors import ExidynError
-from exidyn.identification.file_names import distinct_stems
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.notebook import counted
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
@@ -22,10 +20,9 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
-from ..arguments.exit_codes import DONE, REFUSED
-from ..arguments.options import AS_RECORDED, JSON, VALIDATE, filters, make_folder, output_option
-from ..files.diagnosis_files import add_answer, read_answers, write_diagnosis
-from ..files.given_runs import COMPARISON_CUTOFF, PAYLOADS, Case, case_folders, read_case, recorded_case
+from ..arguments.options import AS_RECORDED, FILTERS, JSON, VALIDATE, make_folder, output_option
+from ..files.diagnosis_files import write_diagnosis
+from ..files.given_runs import PAYLOADS, Case, recorded_case
 from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
 
@@ -40,76 +37,32 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
     (
         "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
         "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
-        "exidyn diagnose cases/c01 cases/c02 --answer answers.json",
     ),
     (
-        Option(
-            "sources SOURCE...",
-            f"robot.toml, {NAMED} and its runs (.mcap, .csv); or case folders, which contain case.toml",
-        ),
+        Option("sources SOURCE...", f"robot.toml, {NAMED}, and its runs (.mcap, .csv)"),
         VALIDATE,
         Option("--slow RUN...", "runs at constant low speeds", Path, []),
         *PAYLOADS,
-        *filters(f"from the data; for case folders {COMPARISON_CUTOFF:g}, as their format requires"),
+        *FILTERS,
         output_option("FOLDER", Path("exidyn-diagnosis")),
         JSON,
         AS_RECORDED,
-        Option("--answer FILE", "JSON file to which the findings of each case are added, by its name", Path),
         Option("--quick", "skip the simulation and fit.json, which take a while"),
     ),
     """A recording may state its role (identify, slow, payload, validate); runs after
 --slow, --payload or --validate have that role. The more kinds of run, the more
 effects can be distinguished.""",
 )
-def diagnose_command(args: Namespace) -> int:
-    """Diagnose each case, print and write the results."""
-    folders = case_folders(args.sources)
+def diagnose_command(args: Namespace) -> None:
+    """Diagnose the runs, print and write the results."""
     make_folder(args.output)
-    if args.answer:
-        read_answers(args.answer)  # reports a damaged file before any work is done
-    if folders:
-        _require_no_runs(args)
-        args.torque_cutoff = args.torque_cutoff or COMPARISON_CUTOFF
-    if len(folders) > 1:
-        if args.json:
-            raise ExidynError(
-                "--json takes one case; of several cases, each has its diagnosis.json below --output, and "
-                "--answer collects their findings"
-            )
-        stems = distinct_stems([folder.resolve().name for folder in folders], "case")
-        done = [_try(folder, args.output / stem, args) for folder, stem in zip(folders, stems, strict=True)]
-        return DONE if all(done) else REFUSED
-    _read_and_do(folders[0] if folders else None, args.output, args)
-    return DONE
-
-
-def _read_and_do(folder: Path | None, output: Path, args: Namespace) -> None:
-    """Diagnose a case folder, or the runs of the command line if there is none."""
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
-        progress(StageText("read", f"read {folder or 'the recordings'}"))
-        diagnose_case(read_case(folder) if folder else recorded_case(args), output, args, progress)
-
-
-def _require_no_runs(args: Namespace) -> None:
-    run_options = [f"--{name}" for name in ("validate", "slow", "payload") if getattr(args, name)]
-    if run_options:
-        raise ExidynError(
-            f"{' and '.join(run_options)} cannot be used with a case folder, whose case.toml names the runs"
-        )
-
-
-def _try(folder: Path, output: Path, args: Namespace) -> bool:
-    """Diagnose one of several cases; return whether it succeeded."""
-    try:
-        _read_and_do(folder, output, args)
-    except ExidynError as error:
-        print(f"exidyn: {folder}: {' '.join(str(error).split())}", file=sys.stderr)
-        return False
-    return True
+        progress(StageText("read", "read the recordings"))
+        diagnose_case(recorded_case(args), args.output, args, progress)
 
 
 def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> Diagnosed:
-    """Diagnose one case, print and write the results."""
+    """Diagnose a robot, print and write the results."""
     progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
     filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
     result = diagnosed(
@@ -122,8 +75,6 @@ def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch
         before=case.before,
     )
     diagnosis = result.diagnosis
-    if args.answer:
-        add_answer(diagnosis, args.answer)
     simulated = None if args.quick else _simulated(diagnosis, case, progress)
     fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)

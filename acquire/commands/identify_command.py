@@ -1,7 +1,9 @@
 """exidyn identify: identify dynamics and drive gains from recordings."""
 
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.estimators import ESTIMATORS
@@ -19,17 +21,21 @@ from exidyn.identification.robot_files.robot_file import read_model
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import (
     AS_RECORDED,
+    FILTERS,
     JSON,
     VALIDATE,
-    filters,
     make_folder,
     output_option,
     require_file,
     robot_option,
+    view_options,
 )
 from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
-from ..terminal.json_output import hand_over, print_written
 from ..terminal.stopwatch import Stopwatch
+from .result import Result
+
+if TYPE_CHECKING:
+    from ..views.viewers import View
 
 STAGES = {
     "read": 0.1,
@@ -54,7 +60,7 @@ STAGES = {
     (
         Option(
             "runs RUN...",
-            "recording (.mcap), or with --robot a table (.csv); a folder with case.toml stands for its runs",
+            "recording (.mcap), or with --robot a table (.csv)",
             Path,
         ),
         *PAYLOADS,
@@ -66,53 +72,55 @@ STAGES = {
             ESTIMATORS,
         ),
         AS_RECORDED,
-        Option("--keep-all", "keep parameters that are indistinguishable from zero"),
         Option(
             "--shapes --fit-shapes EFFECT...",
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),
         Option("--repeat", "also fit each run, or part of a run, alone, and compare their parameters"),
-        *filters(),
+        *FILTERS,
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
-        Option("--view", "show measurement and prediction in Rerun's viewer"),
-        Option("--save FILE", "save that view as a file (.rrd)", Path),
+        *view_options("measurement and prediction"),
     ),
     table_help("estimators", ESTIMATORS),
 )
-def identify_command(args: Namespace) -> None:
+def identify_command(args: Namespace) -> Result:
     """Identify, print and write the fit."""
-    with Stopwatch(STAGES) as progress:
-        _identify(args, progress)
+    from exidyn.identification.pages.fit_document import write_report
 
-
-def _identify(args: Namespace, progress: Stopwatch) -> None:
     make_folder(args.output)
     if args.save:
         require_file(args.save, "--save", [*args.runs, *args.validate])
     model = read_model(args.robot) if args.robot else None
-    progress(StageText("read", "read the recordings"))
-    runs, held_out = _recordings(args, model)
-    fit = identify(
-        runs,
-        held_out,
-        model=model,
-        estimator=ESTIMATORS[args.estimator] if args.estimator else None,
-        filtering=Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill),
-        drop=not args.keep_all,
-        fitted_shapes=args.shapes,
-        as_recorded=args.as_recorded,
-        repeat=args.repeat,
-        progress=progress,
-    )
-    progress.close()
-    hand_over(summary(fit), fit_text(fit), args.json)
-    _write(fit, args)
+    with Stopwatch(STAGES) as progress:
+        progress(StageText("read", "read the recordings"))
+        runs, held_out = _recordings(args, model)
+        fit = identify(
+            runs,
+            held_out,
+            model=model,
+            estimator=ESTIMATORS[args.estimator] if args.estimator else None,
+            filtering=Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill),
+            fitted_shapes=args.shapes,
+            as_recorded=args.as_recorded,
+            repeat=args.repeat,
+            progress=progress,
+        )
+    file, report = args.output / "fit.json", args.output / "report.html"
+    write_fit(fit, file)
+    write_report(fit, report)
+    return Result(summary(fit), fit_text(fit), [file, report], partial(_view, fit))
+
+
+def _view(fit: Fit) -> "View":
+    from ..views.fit_view import fit_view
+
+    return fit_view(fit)
 
 
 def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
-    """Runs to fit and held-out runs; a case folder states which are which."""
+    """Runs to fit and held-out runs, by the roles that recordings state."""
     read = [recording for path in args.runs for recording in import_source(path, model)]
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
     runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
@@ -123,21 +131,3 @@ def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], 
     held_out += [recording for path in args.validate for recording in import_source(path, model)]
     recordings = distinct_bodies([*runs, *held_out])
     return recordings[: len(runs)], recordings[len(runs) :]
-
-
-def _write(fit: Fit, args: Namespace) -> None:
-    """Write fit.json and report.html, show or save the view, and print the paths on standard error."""
-    from exidyn.identification.pages.fit_document import write_report
-
-    folder = args.output
-    write_fit(fit, folder / "fit.json")
-    write_report(fit, folder / "report.html")
-    print_written(folder / "fit.json", folder / "report.html")
-    if args.view or args.save:
-        from ..views.fit_view import fit_view  # Rerun takes a second to import
-        from ..views.live_view import Targets
-        from ..views.viewers import show
-
-        show(fit_view(fit), Targets(view=args.view, save=args.save))
-        if args.save:
-            print_written(args.save)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from exidyn.drivers import Driver, Info
+from exidyn.drivers.values import checked
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import UnknownJoint
 from exidyn.identification.model import Model
@@ -40,7 +41,7 @@ from ..jog.there_and_back import (
 from ..run.arms import make_driver, standing_arm, with_body
 from ..run.before import StartRules
 from ..run.errors import NotAllowed, print_line
-from ..run.perform import Job, Outcome, standing
+from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job, Outcome
 from ..run.recorder import require_free
 from ..terminal import run_summary
 from ..terminal.json_output import hand_over, json_text
@@ -81,7 +82,7 @@ class Jog:
         robot = self.model.robot
         if info.listens:
             raise NotAllowed("the controller only sends (ONLYSEND), so that no joint can be jogged")
-        position = standing(self.driver, info)
+        position = _standing(self.driver, info)
         require_room(robot, self.travel, position)
         self.flange = flange_travel(robot, position, self.travel)
         print_line(jog_text.before_motion(robot, self.travel, position, self.flange))
@@ -190,6 +191,23 @@ def _driver(
     real = with_body(read_model(args.plant), payload) if args.plant else model
     plant = standing_arm(model.robot, real, args.seed, payload.name if payload else "")
     return make_driver(name, settings, model.robot, plant)
+
+
+def _standing(driver: Driver, info: Info) -> np.ndarray:
+    """Current position, shape (n,) [rad] or [m]: the held position, or the median of received ones.
+
+    A controller that already holds the arm expects an answer in every cycle from the first exchange on, and
+    planning would delay the answers.
+    """
+    held = driver.held()
+    if held is not None:
+        return held
+    count = max(round(LISTEN_TIME / info.cycle), MIN_SAMPLES)
+    seen = np.array([checked(driver.exchange(None)).position for _ in range(count)])
+    known = np.isfinite(seen).any(axis=0)
+    position = np.full(seen.shape[1], np.nan)
+    position[known] = np.nanmedian(seen[:, known], axis=0)
+    return position
 
 
 def _report(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Files of a diagnosis: tables, pages, models, answers of several cases, and its samples in traces.npz."""
+"""Files of a diagnosis: tables, pages, models, and its samples in traces.npz."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -12,11 +12,11 @@ from exidyn.identification.diagnosis.findings.evidence import Evidence, Trace
 from exidyn.identification.diagnosis.findings.finding import Hypothesis
 from exidyn.identification.diagnosis.improved.forward import Forward
 from exidyn.identification.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
-from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.document.html import html
 from exidyn.identification.errors import ExidynError, NotAFile
 from exidyn.identification.fit.fit import Fit
-from exidyn.identification.fit.fit_file import read_json, write_fit
+from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
@@ -25,7 +25,7 @@ from exidyn.identification.robot_files.effect_rows import FindingRow, findings_t
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 from exidyn.identification.schema import check
 
-from ..terminal.json_output import json_text, write_whole
+from ..terminal.json_output import json_text
 
 NAME = "traces.npz"
 """File of the samples, beside diagnosis.json."""
@@ -77,30 +77,6 @@ def _finding_row(diagnosis: Diagnosis, hypothesis: Hypothesis, in_model: bool) -
 def _model_file(model: Model, rows: Sequence[FindingRow]) -> str:
     """A robot.toml with the findings that led to it."""
     return "\n".join(filter(None, (model_text(model), findings_text(rows))))
-
-
-def read_answers(path: Path) -> dict[str, Any]:
-    """The answers already in a file; none if the file does not exist.
-
-    Raises:
-        NotAFile: If the file is not a table of answers.
-    """
-    if not path.exists():
-        return {}
-    try:
-        answers = read_json(path)
-    except NotAFile as error:
-        raise NotAFile(f"--answer exists, and {error}") from error
-    if not isinstance(answers, dict):
-        raise NotAFile(f"--answer {path} exists and is not a table of cases")
-    return answers
-
-
-def add_answer(diagnosis: Diagnosis, path: Path) -> None:
-    """Add a case's answer to the answers of other cases; the file is never half written."""
-    answers = read_answers(path) | {diagnosis.name: answer(diagnosis)}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, json_text(answers))
 
 
 def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = None) -> None:

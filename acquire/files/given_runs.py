@@ -18,8 +18,7 @@ from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identification import same_robot
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.model import Model
-from exidyn.identification.recordings.importers import import_source, kind_of
-from exidyn.identification.recordings.importers.case_folder import nominal_model
+from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.description import ENDINGS, NAMED
@@ -33,9 +32,6 @@ ROLE = "identify"
 """Role of a run that does not state one."""
 LOADED = "payload"
 """Role of a run with a payload on the flange."""
-COMPARISON_CUTOFF = 25.0
-"""Low-pass cutoff for case folders [Hz], a part of their format: residuals of different programs are
-comparable only with the same filter."""
 
 
 def distinct_names(names: Sequence[str]) -> list[str]:
@@ -192,7 +188,7 @@ class Case(NamedTuple):
     """A nominal robot and its runs.
 
     Attributes:
-        name: Name of the case, or of the robot if the case has none.
+        name: Name of the robot.
         model: Nominal model.
         runs: Role and recording of each run.
         before: Shapes from an earlier diagnosis of some of these runs.
@@ -204,36 +200,10 @@ class Case(NamedTuple):
     before: Sequence[Shaped] = ()
 
 
-def case_folders(sources: Sequence[str]) -> list[Path]:
-    """The sources if all are folders with case.toml; none if they are a robot and runs.
-
-    Raises:
-        RecordingError: If only some are case folders.
-    """
-    cases = [Path(source) for source in sources if _is_case(source)]
-    if cases and len(cases) < len(sources):
-        others = ", ".join(source for source in sources if not _is_case(source))
-        raise RecordingError(
-            f"{others}: not a case folder like the others; give either case folders, or a robot and runs"
-        )
-    return [path if path.is_dir() else path.parent for path in cases]
-
-
-def _is_case(source: str) -> bool:
-    return Path(source).exists() and not _is_robot(source) and kind_of(Path(source)) == "case_folder"
-
-
 def _is_robot(source: str) -> bool:
     """Whether the source is a robot: a robot file or a built-in name."""
     path = Path(source)
-    return source in builtin_names() or path.suffix in (".toml", *ENDINGS) and path.name != "case.toml"
-
-
-def read_case(folder: Path) -> Case:
-    """The case in a folder."""
-    recordings = import_source(folder, kind="case_folder")
-    name = recordings[0].name.partition("/")[0] if recordings else folder.name
-    return Case(name, nominal_model(folder), [(run.settings.get("role") or ROLE, run) for run in recordings])
+    return source in builtin_names() or path.suffix in (".toml", *ENDINGS)
 
 
 def recorded_case(args: argparse.Namespace) -> Case:

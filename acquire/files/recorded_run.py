@@ -42,7 +42,6 @@ def run_head(
     driver: str,
     payload: KnownPayload | None,
     trajectory: str = "",
-    commanded: tuple[str, ...] = (),
     **more: str,
 ) -> Callable[[Sample], bytes]:
     """The head of a recording, which describes the run, as a function of its first sample.
@@ -54,7 +53,6 @@ def run_head(
         driver: Name of the driver.
         payload: Payload on the flange.
         trajectory: Text of the trajectory file.
-        commanded: Commanded signals beside position and velocity.
         more: Further facts of the run, name -> text; empty texts are omitted.
     """
     settings = {
@@ -70,7 +68,7 @@ def run_head(
     head_at = RunHead(
         name=name,
         model=model,
-        signals=(*info.signals, *commanded),
+        signals=info.signals,
         trajectory=trajectory,
         payload=payload,
         settings={name: text for name, text in settings.items() if text},
@@ -153,6 +151,6 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
     elif part_of(path).exists():
         print(
             f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "
-            f"{part_of(path)}, see exidyn recover",
+            f"{part_of(path)}, see exidyn info --repair",
             file=sys.stderr,
         )

@@ -26,8 +26,8 @@ KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
 KEYS = {"exidyn_fit": FIT, "exidyn_diagnosis": DIAGNOSIS, "exidyn_comparison": COMPARISON}
 """Key that identifies a JSON file and holds its format number -> kind."""
 VALID = (
-    "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn compare, recordings "
-    "(.mcap, .csv, case folder), or folders of these"
+    "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn simulate --against, "
+    "recordings (.mcap, .csv), or folders of these"
 )
 FORMAT = 1
 """Format number of the JSON file of a comparison."""
@@ -50,7 +50,7 @@ def _files_at(path: Path) -> dict[Path, str]:
         if kind := _kind(path):
             return {path: kind}
         raise _unknown(path)
-    if not path.is_dir() or (path / "case.toml").exists() or (path / "metadata.yaml").exists():
+    if not path.is_dir() or (path / "metadata.yaml").exists():
         try:
             kind_of(path)
         except NotAFile as error:

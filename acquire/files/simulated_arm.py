@@ -12,7 +12,7 @@ from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_controller
 from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
-from exidyn.identification.recordings.importers import import_source, kind_of
+from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.recordings.servo_error import is_servo_error
 from exidyn.identification.robot_files.mjcf import movable_mjcf_joints
@@ -23,8 +23,6 @@ STATED = (
     "inertial_tolerance", "inertias_stated",
 )  # fmt: skip
 """Fields of the recorded robot that an MJCF does not have."""
-SELF_CONTAINED = ("exidyn", "case_folder")
-"""Kinds of logs that contain their robot."""
 SAME_PLACE = 1e-4
 """Relative difference of the placements of joints within which two descriptions have the same base."""
 
@@ -36,7 +34,7 @@ def import_runs(arm: Path, paths: Sequence[Path]) -> list[list[Recording]]:
         RobotError: Such a log needs a model of all joints, which is impossible for this MJCF.
     """
     model = None
-    if any(not path.exists() or kind_of(path) not in SELF_CONTAINED for path in paths):
+    if any(not path.exists() or not IMPORTERS[kind_of(path)].robot for path in paths):
         model = read_model(arm)
     return [import_source(path, model) for path in paths]
 

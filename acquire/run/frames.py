@@ -23,7 +23,7 @@ MAX_LENGTH = 64 << 20
 """Upper limit of a frame [bytes]: a head with the largest robot and plan has a hundredth of this."""
 _FRAME = struct.Struct("<cI")
 _FIXED = struct.Struct("<qqdIII")
-ARRAYS = (*SIGNALS, "command_position", "command_velocity", "command_torque")
+ARRAYS = (*SIGNALS, "command_position", "command_velocity")
 """Arrays of a sample frame, each (n,) in the units of `Sample` and `Command`."""
 
 
@@ -37,7 +37,7 @@ class Cycle:
         lateness: Lateness of the exchange [s].
         skipped: Cycles without an exchange before this one.
         stage: Index in `STAGES`.
-        arrays: Rows as in `ARRAYS`, shape (8, n); NaN for a command that was not sent.
+        arrays: Rows as in `ARRAYS`, shape (7, n); NaN for a command that was not sent.
         state: Controller-specific state, shape (k,), as in `Sample`.
     """
 
@@ -80,9 +80,7 @@ class Event:
 def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:
     """Frame of a cycle: the sample and the command sent in it."""
     nothing = np.full(len(sample.position), np.nan)
-    sent = (nothing, nothing, nothing)
-    if command is not None:
-        sent = command.position, command.velocity, nothing if command.torque is None else command.torque
+    sent = (command.position, command.velocity) if command is not None else (nothing, nothing)
     times, state = (sample.host_time, sample.controller_time, sample.lateness), sample.state
     body = _FIXED.pack(*times, sample.skipped, stage, len(state))
     arrays = (state, *(getattr(sample, name) for name in SIGNALS), *sent)

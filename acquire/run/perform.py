@@ -9,7 +9,6 @@ from typing import TypeVar
 import numpy as np
 
 from exidyn.drivers import Driver, Info, Sample, StopLevel
-from exidyn.drivers.values import checked
 from exidyn.identification.arm.newton_euler import flange_position
 from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.identification.errors import ExidynError
@@ -19,7 +18,6 @@ from exidyn.trajectories.trajectory import Trajectory
 from .announcer import Silent
 from .before import StartRules, plan_start
 from .errors import CannotStart
-from .floating import FloatingCheck, FloatingPlayer, Torque
 from .loop import Counts, Loop, failure_text
 from .pipe import Sink
 from .player import Player
@@ -50,7 +48,6 @@ class Job:
         watch: Limits that stop the run.
         current: Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
         settle: Duration of rest to record at the end [s].
-        torque: Torque by which the arm floats during a `floating_motion`; None for position control.
     """
 
     robot: Robot
@@ -60,7 +57,6 @@ class Job:
     watch: WatchLimits = field(default_factory=WatchLimits)
     current: np.ndarray | None = None
     settle: float = 0.5
-    torque: Torque | None = None
 
 
 @dataclass(frozen=True)
@@ -182,7 +178,7 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     start = measured if commanded is None else commanded
 
     def prepare() -> tuple[Player, Phases]:
-        player = _player(job, info, lambda: loop.last)
+        player = Player(job.motion, job.limits, info.cycle, job.settle)
         return player, plan_start(player, start, job.robot, job.limits, job.start, info)
 
     try:
@@ -198,30 +194,8 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     player, approach = prepared
     lower = None if info.window_lower is None else start + info.window_lower
     upper = None if info.window_upper is None else start + info.window_upper
-    check = CommandCheck if job.torque is None else FloatingCheck
-    loop.play(player, check(job.robot, job.limits, info.cycle, start, lower, upper), approach)
-
-
-def _player(job: Job, info: Info, last_sample: Callable[[], Sample | None]) -> Player:
-    arguments = job.motion, job.limits, info.cycle, job.settle
-    return Player(*arguments) if job.torque is None else FloatingPlayer(*arguments, job.torque, last_sample)
-
-
-def standing(driver: Driver, info: Info) -> np.ndarray:
-    """Current position, shape (n,) [rad] or [m]: the held position, or the median of received ones.
-
-    A controller that already holds the arm expects an answer in every cycle from the first exchange on, and
-    planning would delay the answers.
-    """
-    held = driver.held()
-    if held is not None:
-        return held
-    count = max(round(LISTEN_TIME / info.cycle), MIN_SAMPLES)
-    seen = np.array([checked(driver.exchange(None)).position for _ in range(count)])
-    known = np.isfinite(seen).any(axis=0)
-    position = np.full(seen.shape[1], np.nan)
-    position[known] = np.nanmedian(seen[:, known], axis=0)
-    return position
+    check = CommandCheck(job.robot, job.limits, info.cycle, start, lower, upper)
+    loop.play(player, check, approach)
 
 
 def _standing_position(loop: Loop, info: Info) -> np.ndarray:

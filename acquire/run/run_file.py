@@ -41,8 +41,6 @@ from .recorder import RunHead
 
 IN_FRAMES = {"command": "command_position"}
 """Names in frames of signals that have another name in recordings."""
-TORQUE = "command_torque"
-"""Signal of runs in which torque is commanded; such a run names it among its signals."""
 RESERVE = 4 << 20
 """Bytes of disk space in reserve: some ten seconds of a run, enough to stop the arm and finish the file."""
 SYNC = 1.0
@@ -113,7 +111,7 @@ class RunFile:
     def _cycle_streams(self, cycles: Sequence[Cycle]) -> list[Stream]:
         since = np.array([cycle.controller_time - self._head.zero for cycle in cycles], np.int64)
         logged = np.array([cycle.host_time for cycle in cycles], np.int64)
-        time, arrays = 1e-9 * since, np.stack([cycle.arrays for cycle in cycles])  # (t,), (t, 8, n)
+        time, arrays = 1e-9 * since, np.stack([cycle.arrays for cycle in cycles])  # (t,), (t, 7, n)
         streams = []
         for topic in self._signals:
             values = {signal: arrays[:, _row(signal)] for signal in topic.fields}
@@ -146,11 +144,10 @@ class RunFile:
 def _topics(measured: Sequence[str]) -> list[Topic]:
     """Topics of the measured and commanded signals."""
     states = {name: field for name, field in STATE_FIELDS.items() if name in ("position", *measured)}
-    commands = {name: field for name, field in COMMAND_FIELDS.items() if name != TORQUE or TORQUE in measured}
     arrays = [name for name in ARRAY_TOPICS if name in measured and name not in STATE_FIELDS]
     return [
         Topic("/joint_states", JOINT_STATE, states),
-        Topic("/joint_command", JOINT_STATE, commands),
+        Topic("/joint_command", JOINT_STATE, COMMAND_FIELDS),
         *(Topic(ARRAY_TOPICS[name], ARRAY, {name: "data"}) for name in arrays),
     ]
 

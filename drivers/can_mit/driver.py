@@ -136,7 +136,7 @@ class CanMit(CanDriver[MotorRound]):
 
         The damper of a held joint brakes it, and the spring carries it. With damping alone, an arm would sink
         under its weight. The last measured position is not the goal: a wrong measurement would set the joint
-        in motion. An arm that floated is held where its last command says, with the last torque.
+        in motion.
         """
         talk = self._round
         if talk is None or not self._armed or level <= max(self._level, StopLevel.BRAKE):
@@ -146,7 +146,7 @@ class CanMit(CanDriver[MotorRound]):
         if level == StopLevel.OFF:
             talk.request = [Request.DISABLE] * self.arm.dof
         else:
-            talk.velocity, talk.floats = [0.0] * self.arm.dof, False
+            talk.velocity = [0.0] * self.arm.dof
         talk.cycle(self._patience)
 
     def _scales(self) -> tuple[np.ndarray, np.ndarray]:
@@ -209,19 +209,14 @@ class CanMit(CanDriver[MotorRound]):
     def _set_target(self, talk: MotorRound, command: Command) -> None:
         position = (command.position - self._zero) * self._sign
         velocity = command.velocity * self._sign
-        torque = 0.0 * velocity if command.torque is None else command.torque * self._sign
-        if command.floats:  # the damper brakes the arm, whatever its velocity
-            velocity = 0.0 * velocity
-        motions = position.tolist(), velocity.tolist(), torque.tolist()
-        for motor, *motion in zip(self._motors, *motions, strict=True):
-            if not all(abs(value) <= most for value, most in zip(motion, motor.commanded, strict=True)):
-                where, speed, effort = motion
+        positions, velocities = position.tolist(), velocity.tolist()
+        for motor, where, speed in zip(self._motors, positions, velocities, strict=True):
+            if not (abs(where) <= motor.commanded.position and abs(speed) <= motor.commanded.velocity):
                 talk.fail(
-                    f"{motor.name}: a command of {where:.4g} rad, {speed:.4g} rad/s, {effort:.4g} N m "
-                    "exceeds the frame's range"
+                    f"{motor.name}: a command of {where:.4g} rad, {speed:.4g} rad/s exceeds the frame's range"
                 )
                 return
-        (talk.target, talk.velocity, talk.torque), talk.floats = motions, command.floats
+        talk.target, talk.velocity = positions, velocities
 
     def _check_answers(self, talk: MotorRound) -> None:
         pass

@@ -39,8 +39,6 @@ class MotorRound(CanRound):
         state: Last answer of each motor.
         target: Commanded position of each motor [rad].
         velocity: Commanded velocity of each motor [rad/s].
-        torque: Torque that each motor adds [N m].
-        floats: Whether the motors' stiffness is off.
         watching: Whether an error is a fault.
     """
 
@@ -49,8 +47,7 @@ class MotorRound(CanRound):
         self._motors = motors
         count = len(motors)
         self.request, self.state = [Request.LISTEN] * count, [UNKNOWN] * count
-        self.target, self.velocity, self.torque = [0.0] * count, [0.0] * count, [0.0] * count
-        self.floats = False
+        self.target, self.velocity = [0.0] * count, [0.0] * count
         self.watching = False
         self._constant = [_constant_frames(motor) for motor in motors]
         self._gains = [mit.gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
@@ -84,11 +81,7 @@ class MotorRound(CanRound):
     def _command(self, joint: int) -> Frame:
         motor = self._motors[joint]
         motion = self.target[joint], self.velocity[joint]
-        last = self._gains[joint]
-        if self.floats or self.torque[joint]:
-            kp = 0.0 if self.floats else motor.kp
-            last = mit.gains(motor.commanded, kp, motor.kd, self.torque[joint])
-        return motor.number, mit.with_motion(motor.commanded, *motion, last)
+        return motor.number, mit.with_motion(motor.commanded, *motion, self._gains[joint])
 
     def _understand(self, identifier: int, data: bytes) -> bool:
         for family, answers in self._joints.items():

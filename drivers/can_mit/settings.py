@@ -145,7 +145,6 @@ def info_of(
         f"brakes drops (TIMEOUT {timeout} read back)"
         if all(data.guarded for data in motor_data)
         else "",
-        takes_torque=all(data.guarded for data in motor_data),
         settings=_explained(s, motors, motor_data),
         warnings=(*(text for data in motor_data for text in data.warnings), *_warnings(s, motors, states)),
     )

@@ -130,7 +130,6 @@ class Mock(Driver):
             window_lower=-self._window if bounded else None,
             window_upper=self._window if bounded else None,
             settings={"clock": settings.clock, "faults": settings.faults},
-            takes_torque=True,
             warnings=(f"faults are injected: {settings.faults}",) if self._faults else (),
         )
 
@@ -213,8 +212,4 @@ class Mock(Driver):
                 f"{self.arm.joints[joint]}: commanded {away[joint]:.4f} rad from its initial position, limit "
                 f"{self._window[joint]:.4f}"
             )
-        if command.floats:
-            assert command.torque is not None
-            drives.push(command.position, command.torque)
-        else:
-            drives.command(command.position, command.velocity)
+        drives.command(command.position, command.velocity)

@@ -29,7 +29,6 @@ class MockDrives:
         self._position = np.array(plant.measure().position)
         self.stood = self._position
         self._velocity = np.zeros_like(self._position)
-        self._torque: np.ndarray | None = None
         self.fault, self.stopped, self._released = "", False, False
         self.blocked = np.zeros(len(self._position), bool)
         self.runaway = np.zeros(len(self._position))
@@ -46,25 +45,15 @@ class MockDrives:
             most = self._cycle * self._fastest
             self._correction = np.clip(position - self._began, -most, most)
         elif not self.stopped:
-            self._torque = None
             idle = self.blocked | self._runs
             self._position = np.where(idle, self._position, position)
             self._velocity = np.where(idle, self.runaway, velocity)
-
-    def push(self, position: np.ndarray, torque: np.ndarray) -> None:
-        """Make a torque (n,) [N m] without position control; a stop holds the position (n,) [rad]."""
-        if not self.stopped:
-            self._position, self._velocity = position, np.zeros_like(position)
-            self._torque = torque
 
     def hold(self) -> None:
         if not self.stopped:
             self._velocity = np.where(self._runs, self.runaway, 0.0)
 
     def step(self) -> None:
-        if self._torque is not None and not self.stopped:
-            self._plant.push(self._torque, self._cycle)
-            return
         if self.stopped:
             before, slower = self._velocity, self._cycle * self._deceleration
             self._velocity = np.sign(before) * np.maximum(np.abs(before) - slower, 0.0)

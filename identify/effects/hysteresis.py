@@ -10,12 +10,6 @@ from ..arm.robot import Robot
 from .effect import JointEffect, Parameter, shape
 
 
-def slid(state: Any, displacement: Any, presliding: float) -> Any:
-    """State z after a displacement without reversal [rad]; zero displacement does not change the state."""
-    sign = np.sign(displacement)
-    return sign - (sign - state) * np.exp(-np.abs(displacement) / presliding)
-
-
 @dataclass(frozen=True)
 class Hysteresis(JointEffect):
     r"""Torque :math:`F_h z`, with :math:`dz = (1 - z\, \mathrm{sgn}\, dq)\, dq / \delta` (Dahl 1968).
@@ -45,7 +39,9 @@ class Hysteresis(JointEffect):
         at, state = (motion.position[0], np.zeros(robot.dof)) if memory is None else memory
         states = np.empty_like(motion.position)
         for row, position in enumerate(motion.position):
-            at, state = position, slid(state, position - at, self.presliding)
+            displacement = position - at  # without reversal
+            sign = np.sign(displacement)
+            at, state = position, sign - (sign - state) * np.exp(-np.abs(displacement) / self.presliding)
             states[row] = state
         return self.on_joints(robot, states), (at.copy(), state)
 

@@ -3,19 +3,13 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from .bam import FEATURES as OF_BAM
-from .bam import bam, bam_notes
 from .isaac import FEATURES as OF_ISAAC
 from .isaac import isaac
-from .isaac_bam import FEATURES as OF_ISAAC_BAM
-from .isaac_bam import isaac_bam
 from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
 from .mjlab import FEATURES as OF_MJLAB
 from .mjlab import mjlab
-from .pace import FEATURES as OF_PACE
-from .pace import pace, pace_notes
 from .portable import Portable
 from .sdf import FEATURES as OF_SDF
 from .sdf import sdf
@@ -28,20 +22,18 @@ class Format(NamedTuple):
     """An export format.
 
     Attributes:
-        text: Function that returns the content of the file; bytes if it is no text.
-        features: `FEATURES`, and names of effects, that the format can represent.
+        text: Function that returns the content of the file.
+        features: `FEATURES` that the format can represent.
         ending: Extension of the file.
-        notes: Function that returns sentences on what the format only approximates.
     """
 
-    text: Callable[[Portable], str | bytes]
+    text: Callable[[Portable], str]
     features: tuple[str, ...]
     ending: str
-    notes: Callable[[Portable], list[str]] = lambda portable: []
 
     def leaves_out(self, portable: Portable) -> list[str]:
         """One sentence for each part of the model that the format cannot represent."""
-        return [*left_out(portable, self.features), *self.notes(portable)]
+        return left_out(portable, self.features)
 
 
 OF_TOML = tuple(feature for feature in FEATURES if feature not in NOT_IN_TOML)
@@ -50,10 +42,7 @@ FORMATS: dict[str, Format] = {
     "urdf": Format(urdf, OF_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
     "isaaclab": Format(isaac, OF_ISAAC, ".py"),
-    "isaaclab-bam": Format(isaac_bam, OF_ISAAC_BAM, ".py", bam_notes),
     "mjlab": Format(mjlab, OF_MJLAB, ".py"),
-    "bam": Format(bam, OF_BAM, ".json", bam_notes),
-    "pace": Format(pace, OF_PACE, ".pt", pace_notes),
     "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, OF_TOML, ".toml"),

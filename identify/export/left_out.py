@@ -24,16 +24,13 @@ def left_out(portable: Portable, features: Collection[str]) -> list[str]:
     """One sentence for each part of the model that a format with these features leaves out.
 
     Formats with springs represent a constant torque by the rest position of the joint's spring. Formats with
-    static friction represent `StribeckFriction` but for the velocity over which it fades. Features may also
-    be names of effects.
+    static friction represent `StribeckFriction` but for the velocity over which it fades.
     """
     if "stiffness" in features:
         alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
         portable = replace(portable, joints=replace(portable.joints, constant=alone))
     if "static" in features:
         portable = _without_stribeck(portable)
-    others = tuple(pair for pair in portable.others if name_of(pair[0]) not in features)
-    portable = replace(portable, others=others)
     missing = (describe for name, describe in FEATURES.items() if name not in features)
     return [*portable.remarks, *(sentence for describe in missing for sentence in describe(portable))]
 

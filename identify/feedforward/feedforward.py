@@ -176,12 +176,6 @@ class Feedforward:
 
         return python_file(self)
 
-    def functions(self) -> dict[str, Callable[..., np.ndarray]]:
-        """Functions of the Python file, by name: a call takes some microseconds, for a control loop."""
-        scope: dict[str, Callable[..., np.ndarray]] = {}
-        exec(compile(self.python(), "feedforward.py", "exec"), scope)
-        return scope
-
     def cpp(self) -> str:
         """Text of a C++17 header that needs only the standard library."""
         from .cpp_file import cpp_file

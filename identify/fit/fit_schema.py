@@ -25,8 +25,6 @@ from ..schema import (
 from .fit import Unclear
 from .repeatability import Repeatability
 
-Measures = Literal["current", "torque"]
-
 
 class BaseParameterRow(Struct, frozen=True, kw_only=True):
     """A base parameter; `believed` is the name of `prior` in older files."""
@@ -82,7 +80,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
 
     method: Name
     runs: tuple[str, ...]
-    measures: Measures | None = None
+    measures: Literal["current", "torque"] | None = None
     rows: Count
     condition: float
     filtering: Filtering

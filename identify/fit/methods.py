@@ -100,7 +100,7 @@ class FitMethods:
         write_fit(cast("Fit", self), path)
         return Path(path)
 
-    def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str | bytes:
+    def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str:
         """Identified model as text for a simulator, also written to a file if a path is given.
 
         Args:
@@ -117,7 +117,7 @@ class FitMethods:
             raise UnknownKey(format, "export: format", tuple(FORMATS))
         text = FORMATS[format].text(Portable.of(self.identified, payload))
         if path is not None:
-            Path(path).write_bytes(text.encode() if isinstance(text, str) else text)
+            Path(path).write_bytes(text.encode())
         return text
 
     def feedforward(

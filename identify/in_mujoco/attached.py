@@ -15,9 +15,8 @@ from ..model import Model
 from ..notebook import optional
 from ..robot_files.mjcf_names import actuators, enum_of
 from .callbacks import PURPOSE, library, register, release
-from .memory import Layout, step_address
+from .memory import Layout
 from .motors import MotorFriction
-from .native import Native, possible, terms_of
 from .torques import Share, Torques
 
 READ = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
@@ -185,24 +184,9 @@ class Attached:
         self._dry = model.dof_frictionloss[self._dofs].copy()
         self._of_motors = MotorFriction(model, [int(joint.id) for joint in joints])
         self._evaluate_once(data)
-        self._native = self._compiled(data)
-        register(model, self, None if self._native is None else self._native.callbacks())
-        if self._native is not None:
-            self._native.begin()
+        register(model, self)
         model.dof_frictionloss[self._dofs] = 0.0
         self._of_motors.remove()
-
-    def _compiled(self, data: Any) -> Native | None:
-        """The effects as compiled callbacks; None if an effect cannot be compiled or Numba is missing."""
-        pairs, model = [*self._motor_side, *self._transmitted], self._model
-        if not possible(pairs):
-            return None
-        places = [self._layout.time, *(self._layout.places[name] for name in (*READ, self._inertia))]
-        return Native(
-            int(model._address), step_address(model), self.temperature, places,
-            (self._dofs, self._qpos, self._diagonal), terms_of(self._robot, pairs), self._needs_load,
-            model.nv,
-        )  # fmt: skip
 
     def _evaluate_once(self, data: Any) -> None:
         """Evaluate all effects once here, because an exception inside a callback would be lost."""
@@ -219,17 +203,12 @@ class Attached:
 
     def detach(self) -> None:
         """Remove the effects and restore the model."""
-        if self._native is not None:
-            self._native.release()
         release(self._model)
         self._model.dof_frictionloss[self._dofs] = self._dry
         self._of_motors.restore()
 
     def passive(self, data: int) -> None:
-        """Add the forces; called by MuJoCo, or by the compiled callbacks for data they have not seen."""
-        if self._native is not None:
-            self._native.admit(data, self._layout.pointer(data, "qpos"))
-            return
+        """Add the forces; called by MuJoCo."""
         state = self._state(data)
         self._update(state)
         torque, state.drag[:] = self._torque(state)
@@ -237,8 +216,6 @@ class Attached:
 
     def control(self, data: int) -> None:
         """Make friction implicit by adding step times drag to the inertia; called by MuJoCo."""
-        if self._native is not None:  # `passive` has already admitted new data
-            return
         state = self._state(data)
         state.arrays[self._inertia][self._diagonal] += self._model.opt.timestep * state.drag
         self._library.mj_factorM(self._model._address, data)

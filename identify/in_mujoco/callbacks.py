@@ -6,7 +6,6 @@ callback with a C signature receives addresses instead, and can ignore other mod
 
 import os
 import sys
-from collections.abc import Mapping
 from ctypes import CFUNCTYPE, PyDLL, c_int, c_void_p
 from functools import cache
 from typing import Any, Protocol
@@ -44,8 +43,8 @@ def _calling(name: str) -> Any:
 CALLS = {name: _calling(name) for name in ("passive", "control")}
 
 
-def register(model: Any, arm: Forced, calls: Mapping[str, Any] | None = None) -> None:
-    """Register an arm for a model; compiled callbacks call `CALLS` for models that they do not handle.
+def register(model: Any, arm: Forced) -> None:
+    """Register an arm for a model.
 
     Raises:
         RobotError: If other code uses MuJoCo's callbacks, or the model has an arm already.
@@ -53,14 +52,14 @@ def register(model: Any, arm: Forced, calls: Mapping[str, Any] | None = None) ->
     mujoco = optional("mujoco", PURPOSE, "mujoco")
     if model._address in ARMS:
         raise RobotError("the model already has effects attached; call detach() on them first")
-    for name in () if ARMS else CALLS:
+    calls = {} if ARMS else CALLS
+    for name in calls:
         if getattr(mujoco, f"get_mjcb_{name}")() is not None:
             raise RobotError(
                 f"MuJoCo's callback mjcb_{name} is in use by another function, and a process can have only "
                 f"one. Clear it with mujoco.set_mjcb_{name}(None)"
             )
-    # Callbacks compiled for other arms stay: they call Python for models that they do not handle.
-    for name, call in (calls or ({} if ARMS else CALLS)).items():
+    for name, call in calls.items():
         getattr(mujoco, f"set_mjcb_{name}")(call)
     ARMS[model._address] = arm
 

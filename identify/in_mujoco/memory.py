@@ -62,16 +62,6 @@ class Layout(NamedTuple):
         return c_double.from_address(data + self.time)
 
 
-def step_address(model: Any) -> int:
-    """Address of the time step of an `MjModel` of the Python package."""
-    before = model.opt.timestep
-    model.opt.timestep = MARK
-    try:
-        return int(model._address) + find(int(model._address), number_bits(MARK), "timestep")
-    finally:
-        model.opt.timestep = before
-
-
 def number_bits(number: float) -> int:
     """The bits of a float64 as an integer."""
     return int.from_bytes(np.float64(number).tobytes(), "little")

@@ -22,13 +22,12 @@ SIGNALS: dict[str, str] = {
     "link_position": "rad",
     "command": "rad",
     "command_velocity": "rad/s",
-    "command_torque": "N m",
 }
 """Signals of each joint, and their units; for prismatic joints, read m for rad and N for N m.
 
 `current` is that of the motor, and `torque` that of the joint; `position` comes from the motor's encoder and
-`link_position` from a second encoder behind the gear, both in joint coordinates; `command`,
-`command_velocity` and `command_torque` are commanded values."""
+`link_position` from a second encoder behind the gear, both in joint coordinates; `command` and
+`command_velocity` are commanded values."""
 RATE_AGREES = 0.02
 """Maximum relative difference between the mean sampling rate and one over the median period."""
 SIMULATED = "simulated"

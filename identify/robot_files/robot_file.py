@@ -17,7 +17,6 @@ from ..errors import RobotError, RobotWarning
 from ..file_names import looked_in
 from ..model import Model
 from . import toml_fields as toml
-from .bam_file import with_bam_rows
 from .description import NAMED, is_description, read_kinematics
 from .effect_rows import read_effects, read_measurements, read_priors
 from .kinematics import Kinematics, link_kinematics, read_placement
@@ -127,14 +126,10 @@ def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")
     kinematics = _kinematics(table, folder or Path(), where)
     robot = _robot(table, kinematics)
-    doubts = kinematics.doubts
-    if rows := toml.rows(table, "effect"):
-        table["effect"], sentences = with_bam_rows(rows, robot.joints, folder or Path())
-        doubts = (*doubts, *sentences)
     effects, stated = read_effects(_effect_rows(table, kinematics, robot), robot)
     stated |= read_priors(table.get("prior", {}), Model(robot, effects).names)
     measurements = read_measurements(toml.rows(table, "measurement"), robot)
-    return Model(robot, effects, stated, measurements=measurements), doubts
+    return Model(robot, effects, stated, measurements=measurements), kinematics.doubts
 
 
 def _kinematics(table: Mapping[str, Any], folder: Path, where: str) -> Kinematics:

@@ -1,6 +1,6 @@
 """Stand-ins of the configuration classes of Isaac Lab and mjlab, with the fields of their sources.
 
-Fields: Isaac Lab 3.0 (isaaclab/actuators/actuator_base_cfg.py, actuator_pd_cfg.py, actuator_bam_cfg.py) and
+Fields: Isaac Lab 3.0 (isaaclab/actuators/actuator_base_cfg.py, actuator_pd_cfg.py) and
 mjlab 1.6 (mjlab/actuator/actuator.py, builtin_actuator.py, pd_actuator.py), without deprecated names.
 """
 
@@ -36,32 +36,6 @@ class DelayedPDActuatorCfg(ActuatorBaseCfg):
 
 
 @dataclass(kw_only=True)
-class BamMotorCfg:
-    model: str
-    kt: float
-    resistance: float
-    error_gain: float
-    max_current: float
-    friction_base: float
-    friction_viscous: float
-    max_pwm: float = 1.0
-    friction_stribeck: float = 0.0
-    dtheta_stribeck: float = 1.0
-    alpha: float = 1.0
-    load_friction_motor: float = 0.0
-    load_friction_external: float = 0.0
-
-
-@dataclass(kw_only=True)
-class BamActuatorCfg(ActuatorBaseCfg):
-    motor: BamMotorCfg
-    kp_fw: float
-    vin: float
-    min_delay: int = 0
-    max_delay: int = 0
-
-
-@dataclass(kw_only=True)
 class ActuatorCfg:
     target_names_expr: tuple
     stiffness: float
@@ -87,7 +61,6 @@ class IdealPdActuatorCfg(ActuatorCfg):
 MODULES = {
     "isaaclab": (),
     "isaaclab.actuators": (ImplicitActuatorCfg, DelayedPDActuatorCfg),
-    "isaaclab.actuators.actuator_bam_cfg": (BamActuatorCfg, BamMotorCfg),
     "mjlab": (),
     "mjlab.actuator": (BuiltinPositionActuatorCfg, IdealPdActuatorCfg),
 }

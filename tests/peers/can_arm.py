@@ -15,22 +15,17 @@ class ObedientArm:
 
     def __init__(self):
         self.position, self.velocity = np.array([0.0, -1.0, 1.0, 0.0, 0.5, 0.0]), np.zeros(6)
-        self.current = 0.1 * np.arange(1, 7)
 
     def measure(self):
         return SimpleNamespace(
             position=self.position,
             velocity=self.velocity,
-            current=self.current,
+            current=0.1 * np.arange(1, 7),
             temperature=np.full(6, 25.0),
         )
 
     def step(self, position, velocity, seconds):
         self.position, self.velocity = np.array(position), np.array(velocity)
-
-    def push(self, torque, seconds):
-        """It stays where it is, and shows the torque as its current."""
-        self.current, self.velocity = np.array(torque), np.zeros(6)
 
 
 def sign(joints):

@@ -42,7 +42,6 @@ class Motor:
         self.celsius = 25.0
         self.on, self.error = False, 0
         self.gains, self.wish = (100.0, 1.0), (0.0, 0.0)  # what the last host left
-        self.added = 0.0
         self.received_at = time.monotonic()
         self.registers = {
             1: 0.945, 8: number, 7: master, 9: 0, 10: 2, 14: 5015, 20: 10.0,
@@ -81,7 +80,6 @@ class Motor:
         damping = (data[5] << 4 | data[6] >> 4) / 4095.0
         self.wish = ((2.0 * position - 1.0) * RANGES[0], (2.0 * velocity - 1.0) * RANGES[1])
         self.gains = (500.0 * stiffness, 5.0 * damping)
-        self.added = (2.0 * ((data[6] & 15) << 8 | data[7]) / 4095.0 - 1.0) * RANGES[2]
 
     def answer(self):
         position = _whole(self.position, RANGES[0], 65535)
@@ -194,15 +192,7 @@ class Motors:
         self.go_wrong()
 
     def move(self):
-        """The arm goes where stiff springs pull it; what is off stays where it is.
-
-        With damping and torque alone, its motors push it.
-        """
-        if all(motor.on and motor.gains[0] == 0.0 < motor.gains[1] for motor in self.motors):
-            seconds = self.pace.length(self.cycle, self.stamp)
-            self.pace.push(np.array([motor.added for motor in self.motors]) * self.sign, seconds)
-            self.held = self.plant.measure().position.copy()
-            return
+        """The arm goes where stiff springs pull it; what is off stays where it is."""
         for joint, motor in enumerate(self.motors):
             if motor.on and motor.gains[0] > 0.0 and motor.number not in self.running:
                 self.held[joint] = motor.wish[0] * self.sign[joint] + self.zero[joint]

@@ -45,10 +45,3 @@ class Pace:
         self.plant.step(position, velocity, seconds)
         self.velocity = (self.plant.measure().position - before) / seconds
         self.at += seconds
-
-    def push(self, torque, seconds):
-        """Move it on by a torque of its motors."""
-        before = self.plant.measure().position
-        self.plant.push(torque, seconds)
-        self.velocity = (self.plant.measure().position - before) / seconds
-        self.at += seconds

@@ -94,20 +94,6 @@ class Outside:
         return np.maximum(self._lower - position, position - self._upper)
 
 
-class Away:
-    """Distance of each joint from its first known position."""
-
-    def __init__(self) -> None:
-        self._first: np.ndarray | None = None
-
-    def distance(self, history: History) -> np.ndarray:
-        """Distance, shape (n,) [rad] or [m]."""
-        position = history.sample.position
-        first = position if self._first is None else self._first
-        self._first = np.where(np.isnan(first), position, first)
-        return np.abs(position - self._first)
-
-
 def mean_speed(history: History, cycles: int, cycle: float) -> np.ndarray:
     """Speed over some cycles, since steps of an encoder are no motion, shape (n,) [rad/s] or [m/s]."""
     earlier, sample = history.before(cycles), history.sample

@@ -10,7 +10,6 @@ from exidyn.identification.arm.robot import Limits, Robot
 
 from .history import History
 from .monitors import (
-    Away,
     ControllerClock,
     JointMonitor,
     JointRule,
@@ -45,7 +44,6 @@ class WatchLimits:
         tracking_time: Maximum time beyond `tracking` or `outside` [s].
         outside: Maximum distance beyond the position limits [rad] or [m], independent of `tracking`: the lag
             of a sound drive.
-        drift: Maximum distance from the first position [rad] or [m]; infinite, but for an arm that floats.
         delay: Time within which a command takes effect [s]; motion in this time is not a tracking error.
         effort: Maximum torque over the torque limit, or current over the current that makes it [-].
         effort_time: Maximum time beyond `effort` [s]; gears withstand short peaks.
@@ -62,7 +60,6 @@ class WatchLimits:
     tracking: float = 0.035
     tracking_time: float = 0.05
     outside: float = 0.035
-    drift: float = np.inf
     delay: float = 0.05
     effort: float = 1.2
     effort_time: float = 0.05
@@ -128,8 +125,7 @@ def joint_rules(
     window = max(round(SPEED_WINDOW / cycle), 2)
     outside = Outside(limits).distance
     rule, tolerated, effort_time = JointRule, watch.tracking_time, watch.effort_time
-    drift = rule("drift", Away().distance, watch.drift * every, tolerated, "rad")
-    rows = (
+    return (
         # kind, quantity, limit of each joint, time beyond it [s], unit
         rule("tracking error", lambda h: h.tracking_error, watch.tracking * every, tolerated, "rad"),
         rule("position beyond its limits by", outside, watch.outside * every, tolerated, "rad"),
@@ -140,7 +136,6 @@ def joint_rules(
             "temperature", lambda h: h.sample.temperature, watch.temperature * every, HOT_TIME, "degC", True
         ),
     )
-    return (*rows, drift) if np.isfinite(watch.drift) else rows
 
 
 class CommandCheck:
@@ -190,8 +185,11 @@ class CommandCheck:
         return violation
 
     def _violation(self, position: np.ndarray, step: np.ndarray) -> Stop | None:
-        if (outside := self._outside(position)) is not None:
-            return outside
+        beyond = (position < self._lower) | (position > self._upper)
+        if any_of(beyond):
+            j = int(np.argmax(beyond))
+            limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
+            return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
         change, cycle = step - self._step_before, self._cycle
         for kind, motion, most, time, unit in (
             ("command velocity", step, self._step, cycle, "rad/s"),
@@ -202,14 +200,6 @@ class CommandCheck:
                 j = int(np.argmax(excess))
                 return self._stop(kind, j, motion[j] / time, most[j] / time, unit, "exceeds the limit of")
         return None
-
-    def _outside(self, position: np.ndarray) -> Stop | None:
-        beyond = (position < self._lower) | (position > self._upper)
-        if not any_of(beyond):
-            return None
-        j = int(np.argmax(beyond))
-        limit = self._lower[j] if position[j] < self._lower[j] else self._upper[j]
-        return self._stop("command position", j, position[j], limit, "rad", "exceeds the limit of")
 
     def _stop(self, kind: str, joint: int, value: float, limit: float, unit: str, words: str) -> Stop:
         name, unit = self._robot.joints[joint], self._robot.unit(joint, unit)

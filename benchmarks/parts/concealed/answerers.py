@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""
+COMPARISON_CUTOFF = 25.0
+"""Low-pass cutoff [Hz], a part of the cases' format: residuals of different programs are comparable only with
+the same filter."""
 
 
 def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[str, Any]:
@@ -23,15 +26,15 @@ def product(folder: Path, simulate: bool = False, values: bool = True) -> dict[s
         simulate: Whether the run held out is simulated too, nominal and with what was found.
         values: Whether the values that the case states of inertias and friction are used.
     """
-    from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
     from exidyn.identification.diagnosis import diagnose
     from exidyn.identification.diagnosis.improved.forward import forward
-    from exidyn.identification.diagnosis.words.diagnosis_file import answer
     from exidyn.identification.errors import ExidynError
     from exidyn.identification.preparation.prepare import Filtering
-    from exidyn.identification.recordings.importers import import_source
 
-    runs = import_source(folder)
+    from .answer import answer
+    from .case_folder import read_case
+
+    runs = read_case(folder)
     roles = [(run.settings["role"], run) for run in runs]
     model = runs[0].model if values else without_values(runs[0].model)
     diagnosis = diagnose(model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))

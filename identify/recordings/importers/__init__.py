@@ -106,12 +106,6 @@ IMPORTERS: dict[str, Entry] = {
         "KUKA RSI: telegrams <Rob ...> with AIPos and MACur, as text",
         marks=(b"<Rob", b"<IPOC>"),
     ),
-    "case_folder": Entry(
-        "case_folder:import_case_folder",
-        "case folder: a nominal robot and runs of it",
-        inside="case.toml",
-        robot=True,
-    ),
     "exidyn": Entry(".mcap.mcap_file:import_recording", "exidyn: its own recordings", (".mcap",), robot=True),
 }
 """Name -> format and importer. The content of an MCAP file shows whether exidyn or another tool wrote it."""
@@ -124,7 +118,7 @@ def import_source(
 
     Args:
         source: Path of the file or folder.
-        model: Nominal model; case folders and exidyn's own files contain theirs.
+        model: Nominal model; exidyn's own files contain theirs.
         kind: Key of `IMPORTERS`; by default the format is detected.
         options: Options of the importer; its docstring lists them, that of `import_table` for tables.
 
@@ -186,7 +180,7 @@ def kind_of(source: Path) -> str:
     if kind is None and source.name.endswith(".mcap.part"):
         raise NotAFile(
             f"{source} is unfinished: its recorder crashed or still writes. Repair it: "
-            f"exidyn recover {source}"
+            f"exidyn info --repair {source}"
         )
     if kind is None:
         known = [
@@ -231,7 +225,7 @@ def _kind(source: Path) -> str | None:
         if source.is_dir():
             matches = bool(entry.inside) and any(source.glob(entry.inside))
         else:
-            matches = name.endswith(entry.endings) or name == entry.inside == "case.toml"
+            matches = name.endswith(entry.endings)
         if matches:
             return kind
     return None

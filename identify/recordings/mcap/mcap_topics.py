@@ -19,7 +19,7 @@ JOINT_STATE, ARRAY = "sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArr
 STATE_FIELDS = {"position": "position", "velocity": "velocity", "torque": "effort"}
 """Signal -> field of /joint_states, for signals with the time stamps of the position."""
 
-COMMAND_FIELDS = {"command": "position", "command_velocity": "velocity", "command_torque": "effort"}
+COMMAND_FIELDS = {"command": "position", "command_velocity": "velocity"}
 """Signal -> field of /joint_command."""
 
 ARRAY_TOPICS = {

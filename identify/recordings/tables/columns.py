@@ -30,7 +30,6 @@ PREFIXES: dict[str, tuple[str, ...]] = {
     "link_position": ("ql",),
     "command": ("q_ref", "q_cmd", "action"),
     "command_velocity": ("dq_ref", "dq_cmd"),
-    "command_torque": ("tau_ref", "tau_cmd"),
 }
 """Prefixes of the joint number in a column's name; the name of the signal is always valid too."""
 

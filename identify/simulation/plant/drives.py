@@ -75,13 +75,12 @@ class CommandPath:
     """Cubic polynomials between commands, with continuous position and velocity.
 
     Args:
-        start: Position at which the arm is, shape (n,) [rad].
-        velocity: Velocity of the arm there, shape (n,) [rad/s]; zero by default.
+        start: Position at which the arm stands, shape (n,) [rad].
     """
 
-    def __init__(self, start: np.ndarray, velocity: np.ndarray | None = None) -> None:
+    def __init__(self, start: np.ndarray) -> None:
         self._before = self._position = start
-        self._velocity = np.zeros(len(start)) if velocity is None else velocity
+        self._velocity = np.zeros(len(start))
 
     def along(
         self, position: np.ndarray, velocity: np.ndarray | None, cut: Cut
@@ -239,37 +238,6 @@ class Servo:
         """Position error (n,) [rad] at which motors without integral gain hold a torque (n,) [N m]."""
         stiffness = self.velocity_gain * self.position_gain
         return np.where(self.integral_gain > 0.0, 0.0, torque / stiffness)
-
-
-class TorqueServo(Servo):
-    """Motors that make a commanded torque, up to their limit, whatever the position.
-
-    The torque takes the place of the cascade's integral, which changes by a velocity times a step and is set
-    again in every cycle.
-    """
-
-    def over(self, step: float) -> Cascade:
-        """The constants over a step of some duration [s]."""
-        n, x = self.turns.shape
-        return Cascade(
-            turns=self.turns,
-            transposed=self.turns.T.copy(),
-            by_position=np.zeros((n, x)),
-            stiff=np.zeros(n),
-            integral_stiffness=np.ones(n),
-            lag=np.zeros(n),
-            added_inertia=np.zeros((x, x)),
-            limit=self.limit,
-        )
-
-    def integral_for(self, torque: np.ndarray) -> np.ndarray:
-        """The torque (n,) [N m] itself."""
-        return torque
-
-    def release(self) -> None:
-        """Switch off the torque."""
-        self.limit = np.zeros_like(self.limit)
-        self._now = tuple(self.over(0.0))
 
 
 class State(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 from ...arm.motion import Motion
 from ...errors import WrongShape
 from ...model import Model
-from .drives import CommandPath, Cut, DriveControl, Servo, State, Steps, TorqueServo, stepping
+from .drives import CommandPath, Cut, DriveControl, Servo, State, Steps, stepping
 from .forces import ArmForces, Joints
 from .gears import Thermal, Transmission, with_motors
 from .sensors import Past, Readings, Sensors
@@ -97,9 +97,7 @@ class Plant:
         self._motors, self._links = transmission.motors, transmission.links
         self._temperature = np.full(n, thermal.ambient)
         self._forces = ArmForces(model, values, payload, transmission)
-        self._cascade = Servo(control, gain, robot.coupling, self._motors)
-        self._pushing = TorqueServo(control, gain, robot.coupling, self._motors)
-        self._servo, self._to_motors = self._cascade, robot.to_motors
+        self._servo = Servo(control, gain, robot.coupling, self._motors)
         self._springs, self._steppings = transmission.springs, dict[float, tuple[Steps, Steps]]()
         self._state, holding = self._at_rest(start, transmission, robot.to_motors)
         commanded = start + np.linalg.solve(robot.coupling, self._servo.error_for(holding))
@@ -158,48 +156,18 @@ class Plant:
         It is faster than `step`, because command paths and sensors are computed for all commands at once.
         `watched` wraps the iteration over commands, for example to show progress.
         """
-        if self._servo is not self._cascade:
-            self._resume()
         cut = self._cut(seconds)
         references = self._servo.reference(*self._path.along(position, velocity, cut))
         ticks = [self._tick(reference, cut) for reference in watched(references)]
         arm, current, temperature = (np.array(rows) for rows in zip(*ticks, strict=True))
-        return self._see(arm, current, temperature, seconds)
-
-    def _see(self, arm: np.ndarray, current: np.ndarray, temperature: np.ndarray, seconds: float) -> Measured:
-        """Measurements, each (t, n), of coordinates (t, x), currents and temperatures (t, n)."""
         readings = self._readings.see(arm @ self._motors.T, current, seconds)
         measured = Measured(*readings, self._readings.round_temperature(temperature), arm @ self._links.T)
         self._measured = Measured(*(values[-1] for values in measured))
         return measured
 
-    def push(self, torque: np.ndarray, seconds: float) -> None:
-        """Move for some seconds under a joint torque (n,) [N m] of the motors, without position control."""
-        self._control_by(self._pushing)
-        cut = self._cut(seconds)
-        self._state = self._state._replace(integral=self._to_motors @ torque)
-        still = np.zeros_like(torque)
-        references = np.tile(still, (len(cut.position), 1))
-        self._reference = still
-        arm, current, temperature = (values[None] for values in self._tick(references, cut))
-        self._see(arm, current, temperature, seconds)
-
-    def _resume(self) -> None:
-        """Return to position control where the arm is, with the torque that the motors make."""
-        torque, position = self._torque(), self._motors @ self._state.position
-        self._control_by(self._cascade)
-        self._state = self._state._replace(integral=self._cascade.integral_for(torque))
-        self._path = CommandPath(position, self._motors @ self._state.velocity)
-
-    def _control_by(self, servo: Servo) -> None:
-        if servo is not self._servo:
-            self._servo = servo
-            self._cuts.clear()
-
     def release(self) -> None:
         """Switch off the drives' torque permanently; without brakes, the arm drops."""
-        self._cascade.release()
-        self._pushing.release()
+        self._servo.release()
         self._cuts.clear()
 
     def truth(self) -> Motion:

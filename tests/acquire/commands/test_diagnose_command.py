@@ -10,8 +10,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import diagnose_command
-from exidyn.acquire.files.diagnosis_files import add_answer, write_diagnosis
-from exidyn.acquire.files.given_runs import COMPARISON_CUTOFF
+from exidyn.acquire.files.diagnosis_files import write_diagnosis
 from exidyn.acquire.files.report_files import read_shown
 from exidyn.identification.diagnosis import Quantity, Remainder
 from exidyn.identification.diagnosis.diagnose import Diagnosed
@@ -67,9 +66,8 @@ def runs(tmp_path):
 
 
 def test_a_spring_that_the_model_lacks_is_named_simulated_and_fitted(runs, tmp_path, capsys):
-    out, answers = tmp_path / "out", tmp_path / "answers.json"
-    answers.write_text('{"other": {"findings": []}}')
-    assert main(["diagnose", *runs, "--output", str(out), "--answer", str(answers)]) == 0
+    out = tmp_path / "out"
+    assert main(["diagnose", *runs, "--output", str(out)]) == 0
     page = capsys.readouterr().out
     assert "- Joint 2 (elbow) has a spring that the model does not have" in page
     assert "simulated," in page
@@ -77,9 +75,6 @@ def test_a_spring_that_the_model_lacks_is_named_simulated_and_fitted(runs, tmp_p
     assert table["findings"][0]["effect"] == "joint_spring"
     assert table["simulated"]["torque_rms_before"][1] > 10 * table["simulated"]["torque_rms_after"][1]
     assert read_fit(out / "fit.json").value("Ks2") == pytest.approx(12.0, rel=0.02)
-    found = json.loads(answers.read_text())
-    assert list(found) == ["other", "two joints"]
-    assert found["two joints"]["findings"][0]["joints"] == [2]
     report = Page((out / "report.html").read_text(encoding="utf-8"))
     assert {"verdict", "findings", "simulation", "joints", "data"} <= {
         attributes["id"] for tag, attributes in report.elements if tag == "section"
@@ -164,24 +159,15 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
     assert read_shown(out / "diagnosis.json").forward is not None
 
 
-def test_filters_are_those_of_identify_and_a_case_has_that_of_its_format(tmp_path, runs, monkeypatch):
+def test_filters_are_those_of_identify(tmp_path, runs, monkeypatch):
     seen = []
     keep = lambda *_, filtering, **__: seen.append(filtering) or diagnosis()  # noqa: E731
     answering(monkeypatch, keep)
-    case = diagnose_command.Case("c", nominal_model(), [("identify", recordings()[0])])
-    monkeypatch.setattr(diagnose_command, "read_case", lambda _: case)
-    (tmp_path / "case").mkdir()
-    (tmp_path / "case" / "case.toml").write_text("[case]\nformat = 1\n")
     options = ["--position-cutoff", "9", "--torque-cutoff", "6", "--standstill", "0.02"]
     out = ["--quick", "--output", str(tmp_path / "out")]
-    for given in ([*runs, *options], runs, [str(tmp_path / "case")], [str(tmp_path / "case"), *options]):
+    for given in ([*runs, *options], runs):
         assert main(["diagnose", *given, *out]) == 0
-    assert seen == [
-        Filtering(None, 9.0, 6.0, 0.02),
-        Filtering(),
-        Filtering(torque_cutoff=COMPARISON_CUTOFF),
-        Filtering(None, 9.0, 6.0, 0.02),
-    ]
+    assert seen == [Filtering(None, 9.0, 6.0, 0.02), Filtering()]
 
 
 def test_options_give_runs_their_roles(runs, tmp_path, monkeypatch):
@@ -224,58 +210,19 @@ def _first(recording, seconds):
         (["{robot}", "{held_out}"], "no run is left to fit: all are held out"),
         (["{robot}", "missing.mcap"], "missing.mcap does not exist"),
         (["{one}", "{other}"], "with other geometry"),
-        (["{case}", "{one}"], "not a case folder like the others"),
-        (["{case}", "--validate", "{one}"], "--validate cannot be used with a case folder"),
-        (["{robot}", "{one}", "--answer", "{robot}"], "is not JSON"),
         (["{robot}", "{one}", "--output", "{one}"], "--output needs a folder"),
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(arguments, message, runs, tmp_path, capsys):
-    case = tmp_path / "case"
-    case.mkdir()
-    (case / "case.toml").write_text("[case]\nformat = 1\n")
     other = tmp_path / "other.mcap"
     write_recording(of_another_arm(recordings()[0]), other)
-    names = dict(zip(("robot", "one", "two", "held_out"), runs, strict=True)) | {"case": case, "other": other}
+    names = dict(zip(("robot", "one", "two", "held_out"), runs, strict=True)) | {"other": other}
     given = [argument.format(**names) for argument in arguments]
     if "--output" not in given:
         given += ["--output", str(tmp_path / "out")]
     assert main(["diagnose", *given]) == REFUSED
     [line] = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
     assert message in line
-
-
-def test_a_case_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsys):
-    for name in ("c1", "c2"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "case.toml").write_text("[case]\nformat = 1\n")
-    good = diagnose_command.Case("c2", nominal_model(), [("identify", recordings()[0])])
-    read = diagnose_command.read_case
-    monkeypatch.setattr(diagnose_command, "read_case", lambda path: good if path.name == "c2" else read(path))
-    answering(monkeypatch, lambda *_, **__: replace(diagnosis(), name="c2"))
-    paths, answers = [str(tmp_path / name) for name in ("c1", "c2")], tmp_path / "answers.json"
-    given = ["--quick", "--answer", str(answers), "--output", str(tmp_path / "out")]
-    assert main(["diagnose", *paths, *given]) == REFUSED
-    assert "c1: " in capsys.readouterr().err
-    assert list(json.loads(answers.read_text())) == ["c2"]
-    assert (tmp_path / "out" / "c2" / "diagnosis.json").exists()
-
-
-def test_an_answer_replaces_that_of_its_own_case_only(tmp_path):
-    path = tmp_path / "deep" / "answers.json"
-    add_answer(replace(diagnosis(), name="a"), path)
-    add_answer(replace(diagnosis(), name="b"), path)
-    add_answer(replace(diagnosis(), name="a", findings=(), budget=None), path)
-    found = json.loads(path.read_text())
-    assert found["a"]["findings"] == []
-    assert found["b"]["findings"][0]["effect"] == "joint_spring"
-
-
-def test_numbers_that_are_none_do_not_spoil_the_files(tmp_path):
-    one = diagnosis().findings[0]
-    path = tmp_path / "answers.json"
-    add_answer(replace(diagnosis(), findings=(replace(one, held_out=np.nan),)), path)
-    assert "NaN" not in path.read_text()
 
 
 def test_temperatures_that_are_there_are_no_warning():

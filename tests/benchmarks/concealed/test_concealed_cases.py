@@ -4,8 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from parts.concealed import answer
 from parts.concealed.answerers import answerer
 from parts.concealed.case import concealed_set, draw, stands
+from parts.concealed.case_folder import read_case
 from parts.concealed.effects.outside import OUTSIDE
 from parts.concealed.effects.vocabulary import VOCABULARY
 from parts.concealed.plant.closed_loop import RATE
@@ -15,8 +17,6 @@ from parts.concealed.robots.arms import ARMS
 from parts.concealed.robots.robot import honest
 
 from exidyn.identification import diagnosis
-from exidyn.identification.diagnosis.words import diagnosis_file as answer
-from exidyn.identification.recordings.importers import import_source
 
 pytestmark = pytest.mark.slow
 
@@ -54,7 +54,7 @@ def written(tmp_path):
 def test_a_case_is_read_as_a_user_would_and_shows_nothing(written):
     robot, folder = written
     arm = robot.arm
-    first, second = import_source(folder)
+    first, second = read_case(folder)
     assert [first.settings["role"], second.settings["role"]] == ["identify", "payload"]
     assert dict(second.payload.known)["M"] == arm.tool.mass
     rest = np.tile(arm.home, (100, 1))

@@ -261,45 +261,6 @@ def test_what_does_not_fit_into_a_frame_is_a_fault_and_not_sent():
         assert (np.abs(sample.position - where)[~sample.stale] < 0.01).all()
 
 
-def test_an_arm_floats_by_torque_alone_and_a_quick_stop_holds_it_where_it_is():
-    with motors() as (peer, driver):
-        assert driver.open().takes_torque
-        driver.arm_drives()
-        where, torque = standing(driver), np.array([1.0, -2.0, 3.0, -4.0, 5.0, 9.0])
-        for _ in range(10):
-            sample = driver.exchange(Command(where, np.full(6, 0.5), torque, floats=True))
-        fresh = ~sample.stale
-        np.testing.assert_allclose(sample.torque[fresh], torque[fresh], atol=0.01)
-        np.testing.assert_allclose(sample.velocity[fresh], 0.0, atol=0.01)
-        driver.stop(StopLevel.QUICK)
-        for _ in range(10):
-            sample = driver.exchange(None)
-        np.testing.assert_allclose(sample.position[~sample.stale], where[~sample.stale], atol=STEP)
-        assert not peer.printed("off")
-
-
-def test_torque_is_added_to_position_control_too():
-    with motors() as (_, driver):
-        where = armed(driver)
-        for _ in range(10):
-            sample = driver.exchange(Command(where + 0.01, np.zeros(6), np.full(6, 2.0)))
-        fresh = ~sample.stale
-        np.testing.assert_allclose(sample.position[fresh], where[fresh] + 0.01, atol=STEP)
-
-
-def test_motors_that_nothing_stops_take_no_torque():
-    with motors(maker="t-motor") as (_, driver):
-        assert not driver.open().takes_torque
-
-
-def test_a_torque_that_does_not_fit_into_a_frame_is_a_fault():
-    with motors() as (_, driver):
-        where = armed(driver)
-        driver.exchange(Command(where, np.zeros(6), np.full(6, 10.1), floats=True))
-        sample = until_fault(driver, where)
-        assert "10.1 N m exceeds the frame's range" in sample.fault
-
-
 def test_noise_changes_nothing():
     with motors("--fault", "noise:0@0") as (_, driver):
         where = armed(driver)

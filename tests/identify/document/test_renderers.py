@@ -11,8 +11,6 @@ from exidyn.identification.document.document import (
     Figure,
     Grid,
     Heading,
-    Link,
-    Links,
     Marked,
     Number,
     Numbers,
@@ -22,7 +20,7 @@ from exidyn.identification.document.document import (
     Statements,
     Table,
 )
-from exidyn.identification.document.html import block, html
+from exidyn.identification.document.html import html
 from exidyn.identification.document.markdown import section_markdown
 from exidyn.identification.document.text import text
 from exidyn.identification.pages.runs_document import Run, runs_sections
@@ -102,13 +100,6 @@ def test_short_pages_have_the_first_rows_of_a_long_table():
         assert "row 4" not in short
         assert "and 5 more in the report" in short
     assert "row 8" in html(document)
-
-
-def test_links_are_links_on_a_page_and_words_elsewhere():
-    table = Table(["arm"], [[Link("KR <1>", "#arm-1")]])
-    assert '<a href="#arm-1">KR &lt;1&gt;</a>' in block(table)
-    assert block(Links([Link("fit", "fit.html")])) == '<p class="note"><a href="fit.html">fit</a></p>'
-    assert "KR <1>" in text(Document("t", "", [Section("s", "S", [table])]))
 
 
 def test_units_have_raised_exponents():

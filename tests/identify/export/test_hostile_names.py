@@ -38,7 +38,6 @@ def text_of(name, arm):
 
 PYTHON = {
     "isaaclab": {"DelayedPDActuatorCfg"},
-    "isaaclab-bam": {"BamActuatorCfg", "BamMotorCfg"},
     "mjlab": {"BuiltinPositionActuatorCfg"},
 }
 """Format -> classes that its Python calls."""
@@ -80,11 +79,6 @@ def test_json_holds_the_names(arm):
     table = json.loads(text_of("json", arm))
     assert table["robot"] == arm.robot.name
     assert [joint["name"] for joint in table["joints"]] == list(arm.robot.joints)
-
-
-def test_bam_holds_the_names(arm):
-    table = json.loads(text_of("bam", replace(arm, servos=ServoLaw.of(*np.ones((4, 2))))))
-    assert list(table) == list(arm.robot.joints)
 
 
 def test_toml_holds_the_names(arm):

@@ -1,7 +1,6 @@
 """What MJCF lacks, in MuJoCo's steps: the model's torque, and the motion of exidyn's own simulation."""
 
 import re
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -237,69 +236,6 @@ def test_findings_that_no_model_holds_are_told(tmp_path):
         effects = attach(made, data, tmp_path / "found.toml")
     assert effects.effects == ("coulomb_friction", "stribeck_friction")
     effects.detach()
-
-
-COMPILED = (
-    StribeckFriction(), LoadDependentFriction(preload=0.5), FrictionAsymmetry(viscous=True), Hysteresis(),
-    NonlinearViscousFriction(), TemperatureDependentFriction(),
-)  # fmt: skip
-
-
-def require_numba():
-    if pytest.importorskip("numba").config.DISABLE_JIT:
-        pytest.skip("another test has switched compilation off in this process")
-
-
-def torques_and_path(attached, model, slow):
-    """Inverse dynamics at random states, and a path of free motion with a reset in it."""
-    made, data = compiled(model)
-    effects = attached(made, data, model, temperature=[40.0, 30.0])
-    assert (effects._native is None) == slow
-    motion, torque, path = two_joints.motion(40), [], []
-    for row in range(len(motion)):
-        data.time = 0.01 * row  # what remembers goes on with the time
-        data.qpos[:], data.qvel[:] = motion.position[row], motion.velocity[row]
-        data.qacc[:] = motion.acceleration[row]
-        mujoco.mj_inverse(made, data)
-        torque.append(data.qfrc_inverse.copy())
-    for speed in ((1.0, -1.0), (-0.5, 2.0)):
-        mujoco.mj_resetData(made, data)
-        data.qvel[:] = speed
-        for step in range(200):
-            effects.temperature[:] = 40.0 + 0.1 * step, 30.0
-            mujoco.mj_step(made, data)
-            path.append(data.qpos.copy())
-    effects.detach()
-    return np.array(torque), np.array(path)
-
-
-def test_machine_code_has_the_torque_and_the_steps_that_python_has(attached, monkeypatch):
-    require_numba()
-    model = arm(*COMPILED)
-    torque, path = torques_and_path(attached, model, slow=False)
-    monkeypatch.setattr(sys.modules[Attached.__module__], "possible", lambda effects: False)
-    expected, steps = torques_and_path(attached, model, slow=True)
-    # Numba's tanh and exp are another library's, which may round the last bit otherwise.
-    np.testing.assert_allclose(torque, expected, rtol=0.0, atol=1e-14 * np.abs(expected).max())
-    np.testing.assert_allclose(path, steps, rtol=0.0, atol=1e-11 * np.abs(steps).max())
-    assert np.abs(np.diff(path[:200], axis=0)).max() > 1e-4
-
-
-def test_an_effect_that_cannot_be_compiled_leaves_all_of_its_arm_to_python(attached):
-    require_numba()
-    quick, slow = arm(StribeckFriction()), arm(TorqueRipple(harmonic=2))
-    (made, data), (other, its) = compiled(quick), compiled(slow)
-    one = attached(made, data, quick)
-    beside = attached(other, its, slow)  # called through the other's machine code
-    assert one._native is not None
-    assert beside._native is None
-    with_both = two_joints_moved(made, data), two_joints_moved(other, its)
-    one.detach()
-    assert two_joints_moved(other, its).tolist() == with_both[1].tolist()
-    beside.detach()
-    again = attached(made, data, quick)
-    assert two_joints_moved(made, data).tolist() == with_both[0].tolist()
-    again.detach()
 
 
 def test_threads_of_a_rollout_each_have_their_own_memory(attached):

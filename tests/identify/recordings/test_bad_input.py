@@ -11,7 +11,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identification.robot_files.robot_file import model_text
 
-from ...parts.runs.parser_files import write_case
+from ...parts.runs.parser_files import write_two_traces
 from ...parts.runs.runs import HOSTILE, needs_hostile
 from ...parts.small.two_joint_files import loaded, of_another_arm, run, write
 
@@ -292,11 +292,10 @@ def test_an_output_with_the_ending_of_a_recording_is_a_file(folder, capsys):
 
 
 def test_several_runs_in_one_file_are_refused(folder, capsys):
-    write_case(folder / "case")
-    text = refused(["import", "case", "-o", "one.mcap"], capsys)
-    assert text.startswith(
-        "exidyn: case contains 2 runs (small/run, small/again), but --output one.mcap is one "
-    )
+    write_two_traces(folder / "traces")
+    (folder / "robot.toml").write_text(model_text(RUN.model))
+    text = refused(["import", "traces", "--robot", "robot.toml", "-o", "one.mcap"], capsys)
+    assert text.startswith("exidyn: traces contains 2 runs (again, run), but --output one.mcap is one ")
     assert text.endswith("Name a folder: --output one")
     assert not (folder / "one.mcap").exists()
 

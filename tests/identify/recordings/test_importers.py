@@ -31,9 +31,9 @@ def test_a_source_that_is_nothing_lists_what_can_be(tmp_path):
 
 
 def test_a_folder_of_folders_names_those_that_can_be_imported(tmp_path):
-    for case in ("first", "second"):
-        (tmp_path / case).mkdir()
-        (tmp_path / case / "case.toml").write_text("")
+    for bag in ("first", "second"):
+        (tmp_path / bag).mkdir()
+        (tmp_path / bag / "metadata.yaml").write_text("")
     (tmp_path / "notes").mkdir()
     with pytest.raises(NotAFile, match="these folders in it can, one at a time: first, second. Known"):
         import_source(tmp_path, model())

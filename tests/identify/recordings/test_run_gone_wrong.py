@@ -140,5 +140,5 @@ def test_an_unfinished_file_is_recovered_first(folder, command, capsys):
     (folder / "run.mcap").rename("run.mcap.part")
     assert main([command, "run.mcap.part"]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()[-1:]
-    assert line.endswith("exidyn recover run.mcap.part")
-    assert main(["recover", "run.mcap.part"]) == 0
+    assert line.endswith("exidyn info --repair run.mcap.part")
+    assert main(["info", "--repair", "run.mcap.part"]) == 0

@@ -58,57 +58,6 @@ URDF = """<?xml version="1.0"?>
   </joint>
 </robot>
 """
-CASE = """[case]
-format = 1
-name = "small"
-
-[robot]
-name = "small"
-urdf = "robot.urdf"
-
-[limits]
-position_lower = [-2.5, -2.5]
-position_upper = [2.5, 2.5]
-velocity = [3.0, 3.0]
-acceleration = [12.0, 12.0]
-torque = [200.0, 200.0]
-
-[believed]
-gravity = [0.0, 0.0, -9.81]
-drive_gain = [-40.0, 25.0]
-drive_gain_tolerance = 0.1
-inertial_tolerance = 0.1
-gear_ratio = [100.0, 80.0]
-rotor_inertia = [1.0, 0.5]
-rotor_inertia_tolerance = 0.1
-friction_viscous = [3.0, 1.5]
-friction_coulomb = [4.0, 2.0]
-friction_tolerance = 0.2
-
-[believed.terms]
-rotor_inertia = [true, true]
-viscous = [true, true]
-coulomb = [true, false]
-offset = [false, true]
-balancer = true
-
-[believed.balancer]
-joint = 2
-d21 = 0.7
-d22 = 0.2
-phi = -1.6
-Kr = 5000.0
-K0 = 785.0
-
-[[runs]]
-file = "run.csv"
-role = "identify"
-
-[[runs]]
-file = "again.csv"
-role = "payload"
-payload = { mass = 3.0, com = [0.1, 0.0, 0.05], inertia = [0.01, 0.0, 0.0, 0.01, 0.0, 0.01] }
-"""
 CONTROLLERS = {
     "mock": """cycle = 0.004
 """,
@@ -257,15 +206,11 @@ def robots() -> dict[str, Files]:
     }
 
 
-def case() -> Files:
-    """A case folder."""
-    texts = {"case.toml": CASE.encode(), "robot.urdf": URDF.encode()}
-    return texts | {"run.csv": table(), "again.csv": table()}
-
-
-def write_case(folder: Path) -> None:
-    """Write a case folder."""
-    write(case(), folder)
+def write_two_traces(folder: Path) -> None:
+    """Write two KUKA traces, which are two runs, into a folder."""
+    files = trace()
+    again = {name.replace("run", "again"): data.replace(b"run_", b"again_") for name, data in files.items()}
+    write(files | again, folder)
 
 
 def write(files: Files, folder: Path) -> None:
@@ -376,8 +321,3 @@ def diagnosis_files() -> Files:
     with TemporaryDirectory() as name:
         write_diagnosis(small_diagnosis.diagnosis(), None, None, Path(name))
         return {one: (Path(name) / one).read_bytes() for one in ("diagnosis.json", "traces.npz")}
-
-
-def answers() -> bytes:
-    """Answers of cases, as `exidyn diagnose --answer` collects them."""
-    return json.dumps({"one": {"findings": [{"effect": "joint_spring", "joint": 2}]}}, indent=1).encode()

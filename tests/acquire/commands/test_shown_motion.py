@@ -1,4 +1,4 @@
-"""exidyn show: what it prints, writes and refuses."""
+"""exidyn excite --show: what it prints, writes and refuses."""
 
 import re
 from dataclasses import replace
@@ -32,8 +32,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-def show(folder, *arguments):
-    return main(["show", *(str(folder / a) if a.endswith(".toml") else a for a in arguments)])
+def show(folder, plan, *arguments, robot=""):
+    robots = [str(folder / robot) if robot.endswith(".toml") else robot] if robot else []
+    return main(["excite", *robots, "--show", str(folder / plan), *arguments])
 
 
 def test_summary_is_printed_and_the_page_written(folder, capsys):
@@ -47,14 +48,14 @@ def test_summary_is_printed_and_the_page_written(folder, capsys):
 
 
 def test_a_plan_beyond_its_limits_is_reported(folder, capsys):
-    assert show(folder, "beyond.toml", "--page", str(folder / "other.html")) == 0
+    assert show(folder, "beyond.toml", "--output", str(folder / "other.html")) == 0
     assert "BEYOND: shoulder: velocity at" in capsys.readouterr().out
     assert "Exceeds limits: do not run it." in (folder / "other.html").read_text(encoding="utf-8")
     assert not (folder / "beyond.html").exists()
 
 
 def test_with_the_robot_torque_is_shown(folder, capsys):
-    assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
+    assert show(folder, "plan.toml", robot="robot.toml") == 0
     printed, text = capsys.readouterr()
     assert "torque\n" in printed.replace(" ", "")  # the head is folded: % is below
     assert "warning" not in text
@@ -62,10 +63,10 @@ def test_with_the_robot_torque_is_shown(folder, capsys):
 
 
 def test_another_robot_is_warned_of_or_refused(folder, capsys):
-    assert show(folder, "plan.toml", "--robot", "slower.toml") == 0
+    assert show(folder, "plan.toml", robot="slower.toml") == 0
     text = capsys.readouterr().err
     assert "warning: limit velocity of shoulder is 2; it was 3 when the plan was made" in text
-    assert show(folder, "plan.toml", "--robot", "kr270") == REFUSED
+    assert show(folder, "plan.toml", robot="kr270") == REFUSED
     text = capsys.readouterr().err
     assert "the plan is for the joints shoulder, elbow of two joints; kr270 has joint1, joint2" in text
 
@@ -85,7 +86,7 @@ def test_an_unknown_format_is_refused_before_anything_is_written(folder, capsys)
 
 
 def test_a_view_can_be_saved(folder, capsys):
-    assert show(folder, "plan.toml", "--robot", "robot.toml", "--save", str(folder / "plan.rrd")) == 0
+    assert show(folder, "plan.toml", "--save", str(folder / "plan.rrd"), robot="robot.toml") == 0
     assert (folder / "plan.rrd").stat().st_size > 10_000
     assert str(folder / "plan.rrd") in capsys.readouterr().err
 
@@ -95,18 +96,19 @@ def test_a_view_can_be_opened(folder, monkeypatch):
     monkeypatch.setattr(
         "exidyn.acquire.views.viewers.show", lambda view, targets: opened.append((view.kind, targets))
     )
-    assert show(folder, "plan.toml", "--robot", "robot.toml", "--view") == 0
+    assert show(folder, "plan.toml", "--view", robot="robot.toml") == 0
     assert opened == [("plan", Targets(view=True))]
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--view"], "name it with --robot"),
-        (["--save", "x.rrd"], "name it with --robot"),
+        (["--view"], "give ROBOT"),
+        (["--save", "x.rrd"], "give ROBOT"),
         (["--rate", "0"], "0 must be above 0"),
         (["--rate", "nan"], "nan must be above 0"),
         (["--export", "csv"], "expected 2 arguments"),
+        (["--length", "3"], "--show and --length cannot be used together"),
     ],
 )
 def test_wrong_options_state_what_is_wrong(folder, arguments, words, capsys):
@@ -123,7 +125,7 @@ def test_what_is_no_plan_is_refused(folder, capsys):
 
 def test_help_explains_each_format(capsys):
     with pytest.raises(SystemExit):
-        main(["show", "--help"])
+        main(["excite", "--help"])
     printed = " ".join(capsys.readouterr().out.split())
     for name, function in EXPORTS.items():
         assert f" {name} {function.__doc__.splitlines()[0]}" in printed
@@ -151,7 +153,7 @@ def with_cell(folder, x):
 
 def test_what_a_motion_comes_nearest_to_is_stated_and_drawn(folder):
     with_cell(folder, 3.0)
-    assert show(folder, "plan.toml", "--robot", "bodies.toml") == 0
+    assert show(folder, "plan.toml", robot="bodies.toml") == 0
     page = (folder / "plan.html").read_text(encoding="utf-8")
     assert re.search(r"Nearest: link2_1 to crate \d{4} mm at .* s; flange z &lt;= 2 m \d{4} mm", page)
     assert ">crate</text>" in page
@@ -160,20 +162,20 @@ def test_what_a_motion_comes_nearest_to_is_stated_and_drawn(folder):
 
 def test_a_motion_through_an_obstacle_is_beyond(folder, capsys):
     with_cell(folder, 0.6)
-    assert show(folder, "plan.toml", "--robot", "bodies.toml") == 0
+    assert show(folder, "plan.toml", robot="bodies.toml") == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert re.search(r"BEYOND: .*link\d_\d to crate: -\d+ mm at \d", printed)
-    assert show(folder, "plan.toml", "--robot", "bodies.toml", "--no-collision") == 0
+    assert show(folder, "plan.toml", "--no-collision", robot="bodies.toml") == 0
     assert "BEYOND" not in capsys.readouterr().out
 
 
 def test_limits_raised_by_hand_are_reported_and_percentages_are_of_the_robot(folder, capsys):
     plan = known_plan(MOTION)
-    assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
+    assert show(folder, "plan.toml", robot="robot.toml") == 0
     honest = capsys.readouterr().out
     raised = replace(plan.limits, velocity=50.0 * plan.limits.velocity, torque=50.0 * plan.limits.torque)
     write_plan(replace(plan, limits=raised, edited=True), folder / "plan.toml")
-    assert show(folder, "plan.toml", "--robot", "robot.toml") == 0
+    assert show(folder, "plan.toml", robot="robot.toml") == 0
     printed, text = capsys.readouterr()
     assert printed == honest
     assert "warning: the plan's file has no checksum" in text

@@ -1,4 +1,4 @@
-"""exidyn compare: compare a simulation with a recording."""
+"""exidyn simulate --against: compare a simulation with a recording of the same motion."""
 
 import shlex
 from argparse import Namespace
@@ -16,39 +16,32 @@ from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import model_text, read_model
 from exidyn.identification.simulation.comparison import Comparison, compare
 
-from ..arguments.command import Command, Option, number
-from ..arguments.options import JSON, robot_option
+from ..arguments.command import Option, number
+from ..arguments.options import robot_option
 from ..files.report_files import comparison_table
-from ..terminal.json_output import hand_over, json_text
+from .result import Result
 
-
-@Command(
-    "Compare a simulation with a recording of the same motion: where they differ, and by how much.",
-    (
-        "exidyn compare sim.mcap real.mcap",
-        "exidyn compare mujoco.csv real.mcap --robot robot.toml --json compared.json",
+COMPARISON = (
+    robot_option("for tables, which do not contain their robot"),
+    Option(
+        "--offset S", "added to the time of the simulation; default: where the positions agree best", number
     ),
-    (
-        Option("simulated SIM", "recording of a simulator (.mcap, .csv), or another run", Path),
-        Option("recorded REAL", "recording of the real arm", Path),
-        robot_option("for tables, which do not contain their robot"),
-        Option("--offset S", "added to the time of SIM; default: where the positions agree best", number),
-        Option("--fit FIT", "fit.json that sets filters and noise floor", Path),
-        JSON,
-    ),
+    Option("--fit FIT", "fit.json that sets filters and noise floor", Path),
 )
-def compare_command(args: Namespace) -> None:
-    """Compare both recordings, print the result, write the JSON."""
+
+
+def compare_with(args: Namespace, path: Path) -> Result:
+    """Compare the simulation at a path with the recording of --against."""
     model = read_model(args.robot) if args.robot else None
-    simulated, recorded = (_single(path, model) for path in (args.simulated, args.recorded))
+    simulated, recorded = (_single(source, model) for source in (path, args.against))
     if simulated.name == recorded.name:
-        simulated = replace(simulated, name=str(args.simulated))
+        simulated = replace(simulated, name=str(path))
     comparison = _compared(simulated, recorded, args.offset, read_fit(args.fit) if args.fit else None)
-    next_commands = _next_commands(args, simulated, recorded)
+    next_commands = _next_commands(args, path, simulated, recorded)
     page = [compared_text(comparison)]
     if differs(comparison):
         page += ["To find the physics that differs:", *(f"  {line}" for line in next_commands)]
-    hand_over("\n".join(page), json_text(comparison_table(comparison, next_commands)), args.json)
+    return Result("\n".join(page), comparison_table(comparison, next_commands))
 
 
 def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
@@ -78,15 +71,15 @@ def _single(path: Path, model: Model | None) -> Recording:
     return recordings[0]
 
 
-def _next_commands(args: Namespace, simulated: Recording, recorded: Recording) -> list[str]:
+def _next_commands(args: Namespace, path: Path, simulated: Recording, recorded: Recording) -> list[str]:
     """Commands that diagnose the simulation's model with the recording."""
-    real = shlex.quote(str(args.recorded))
+    real = shlex.quote(str(args.against))
     if args.robot:
         return [f"exidyn diagnose {shlex.quote(args.robot)} {real}"]
     if model_text(simulated.model) == model_text(recorded.model):
         return [f"exidyn diagnose {real}"]
-    model = shlex.quote(str(args.simulated.with_name(f"{args.simulated.stem}-model.toml")))
+    model = shlex.quote(str(path.with_name(f"{path.stem}-model.toml")))
     return [
-        f"exidyn export {shlex.quote(str(args.simulated))} --to toml -o {model}",
+        f"exidyn export {shlex.quote(str(path))} --to toml -o {model}",
         f"exidyn diagnose {model} {real}",
     ]
