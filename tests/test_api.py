@@ -97,7 +97,9 @@ def test_a_table_is_read_by_its_columns(runs):
     pandas = pytest.importorskip("pandas")
     given = arrays(runs[0])
     names = ["t", "q1", "q2", "i1", "i2"]
-    [run] = ex.read_all(pandas.DataFrame(np.column_stack(list(given.values())), columns=names), nominal_model())
+    [run] = ex.read_all(
+        pandas.DataFrame(np.column_stack(list(given.values())), columns=names), nominal_model()
+    )
     np.testing.assert_allclose(run.signals["current"].values, given["current"])
 
 

@@ -36,7 +36,7 @@ NEEDS = {
     "how-to-franka": ("pylibfranka", "franky_sim"),
 }
 """Packages of extras without which a page cannot run."""
-BUSY = re.compile("nothing was received from|of the last second's (cycles|samples)|no cycle for|clock went on by")
+BUSY = re.compile("nothing was received|of the last second's (cycles|samples)|no cycle for|clock went on by")
 """Why a run is stopped where a busy computer misses cycles; all other stops are a fault of the page."""
 TRIES = 3
 """How often a page with a peer is run, at most, where its runs are stopped so."""

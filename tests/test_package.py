@@ -42,8 +42,8 @@ def installed(folder: Path, *what: str | Path) -> Path:
     for entry in Path(sysconfig.get_path("purelib")).iterdir():
         if not entry.name.startswith(("exidyn", "__editable__", "pip")):
             (packages / entry.name).symlink_to(entry)
-    pip = (sys.executable, "-m", "pip", "--python", folder / "bin" / "python", "install", "--quiet", "--no-compile")
-    run(*pip, "--no-deps", "--no-build-isolation", *what, cwd=folder)
+    pip = (sys.executable, "-m", "pip", "--python", folder / "bin" / "python", "install", "--quiet")
+    run(*pip, "--no-compile", "--no-deps", "--no-build-isolation", *what, cwd=folder)
     return folder / "bin"
 
 

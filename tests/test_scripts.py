@@ -1,4 +1,4 @@
-"""Plain scripts that use the library, as processes of their own: those that plan start others, which import them."""
+"""Plain scripts that plan, as processes of their own: they start others, which import the script."""
 
 import subprocess
 import sys
