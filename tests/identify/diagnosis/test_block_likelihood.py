@@ -51,15 +51,6 @@ def test_coloured_rows_are_fewer_as_bartletts_formula_has_it(own, other):
     assert 2000 / np.var(sums) == pytest.approx((1 - product) / (1 + product), rel=0.25)
 
 
-def test_what_is_fast_is_seen_through_what_is_slow():
-    random = np.random.default_rng(2)
-    residual = remembering(random, (LONG, 1), 0.1)
-    fast, slow = (remembering(random, (LONG, 1), memory) for memory in (0.005, 0.2))
-    assert share(residual, fast)[0] > 0.6
-    assert share(residual, slow)[0] < 0.1
-    assert share(residual, np.zeros((LONG, 1)))[0] == share(residual)[0]
-
-
 def test_autocorrelation_is_the_sum_of_products_at_each_lag():
     values = np.random.default_rng(3).normal(size=(101, 2))  # a prime, padded to a length that is fast
     found = autocorrelation(values, (slice(0, 101),), RATE)

@@ -226,14 +226,6 @@ def test_names_are_data_in_cpp(tmp_path):
         assert name in output
 
 
-def test_files_are_saved_by_their_ending(tmp_path):
-    feedforward = small_fit.fit().feedforward()
-    assert feedforward.save(tmp_path / "arm.py").read_text() == feedforward.python()
-    assert feedforward.save(tmp_path / "arm.hpp").read_text() == feedforward.cpp()
-    with pytest.raises(FitError, match=r"arm\.m: the name must end in \.py, \.hpp, \.h"):
-        feedforward.save(tmp_path / "arm.m")
-
-
 def test_bad_values_are_refused():
     fit = small_fit.fit()
     with pytest.raises(FitError, match="no payload 'X'. Payloads of the fit: L"):

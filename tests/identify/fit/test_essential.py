@@ -65,14 +65,3 @@ def test_dropping_is_least_squares_without_the_columns():
         part = np.linalg.lstsq(rows[:, left], right, rcond=None)[0]
         growth = np.sum((right - rows[:, left] @ part) ** 2) - np.sum((right - rows @ full) ** 2)
         assert (growth / 0.01 < stats.chi2.ppf(0.95, count)) == (count == len(dropped))
-
-
-def test_last_parameter_stays():
-    assert unsupported(estimate([0.0, 0.0], np.eye(2))) == [0]
-
-
-def test_the_estimate_is_not_changed():
-    given = estimate([5.0, 0.1], np.eye(2))
-    unsupported(given)
-    np.testing.assert_array_equal(given.values, [5.0, 0.1])
-    np.testing.assert_array_equal(given.covariance[:2, :2], np.eye(2))

@@ -120,12 +120,6 @@ def test_one_run_that_distinguishes_a_joint_from_noise_is_enough():
     assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == ["at the noise floor"] * 2
 
 
-def test_a_joint_that_never_slides_was_not_tested():
-    run = with_agreement(0.2).validation[0]
-    still = replace(run, weight=run.weight * [0.0, 1.0])
-    assert joint_verdicts(replace(fit(), validation=(still,)))[0].state == JointState.UNTESTED
-
-
 def test_joints_of_one_verdict_share_a_sentence():
     run = fit().validation[0]
     poor = replace(fit(), validation=(replace(run, noise=run.residual_rms / [4.2, 3.1]),))
@@ -219,13 +213,9 @@ def test_the_payload_has_its_centre_of_mass():
     assert payload_centres(plain_fit()) == []
 
 
-@pytest.mark.parametrize("option", ["position_cutoff", "torque_cutoff"])
-@pytest.mark.parametrize("value", [125.0, 1e4])
+@pytest.mark.parametrize(("option", "value"), [("position_cutoff", 125.0), ("torque_cutoff", 1e4)])
 def test_cutoffs_that_no_filter_has_are_refused(option, value):
-    message = (
-        rf"--{option.replace('_', '-')} is {value:g} Hz; it must lie below 125 Hz, half the sample rate of"
-    )
-    with pytest.raises(RecordingError, match=message):
+    with pytest.raises(RecordingError, match=rf"--{option.replace('_', '-')} is {value:g} Hz; .* 125 Hz"):
         choose(run("empty"), Filtering(**{option: value}))
     assert choose(run("empty"), Filtering(position_cutoff=124.0)).position_cutoff == 124.0
 
@@ -242,9 +232,3 @@ def test_a_standstill_above_every_speed_is_refused():
         RecordingError, match=r"--standstill is 100 rad/s; .*highest speed of any joint in empty"
     ):
         identify([run("empty")], filtering=Filtering(standstill=100.0))
-
-
-def test_one_is_not_many():
-    text = " ".join(verdict(replace(plain_fit(), unclear=())))
-    assert verdict(fit())[0].startswith("The residual of both joints is at the noise floor")
-    assert "The standard deviation of each is at most 30 % of its value." in text

@@ -63,11 +63,6 @@ def test_verdict_takes_the_worst_run_of_each_joint(fit):
     assert [(v.run, round(v.over_noise, 6)) for v in found] == [(worse.run, 3.0), ("other", 2.0)]
 
 
-def test_verdict_warns_without_a_run_held_out(fit):
-    assert "looks better than it is" in verdict(replace(fit, validation=()))[0]
-    assert "looks better than it is" not in verdict(fit)[0]
-
-
 def test_verdict_counts_the_gains_and_repeats_warnings(fit):
     lines = verdict(replace(fit, warnings=("the clock jumps",)))
     half = 196 * fit.estimate.gain_std / np.abs(fit.estimate.gain)

@@ -149,12 +149,8 @@ def test_a_simulation_needs_runs_without_payload(loaded, words):
 
 def page_of(identified, commands=TORQUE, changes=()):
     gains = DriveGains(STATED, identified, None if identified is None else 0.01 * TRUE)
-    return SimpleNamespace(
-        drive_gains=gains,
-        commands=commands,
-        diagnosis=SimpleNamespace(joints=("shoulder", "elbow")),
-        file=SimpleNamespace(changes=changes),
-    )
+    diagnosis, file = SimpleNamespace(joints=("shoulder", "elbow")), SimpleNamespace(changes=changes)
+    return SimpleNamespace(drive_gains=gains, commands=commands, diagnosis=diagnosis, file=file)
 
 
 def test_the_page_states_the_drive_gains_that_make_torque_of_currents():
@@ -192,7 +188,7 @@ def test_the_verdict_says_that_only_the_gains_were_wrong():
     assert "With the identified drive gains, it deviates by" in verdict(result)[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_with_a_payload_scales_the_gains_of_servos_too():
     real = real_arm()
     heavy = real.replace('<site name="flange"', f'{LOAD}<site name="flange"')

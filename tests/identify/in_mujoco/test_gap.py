@@ -57,7 +57,10 @@ PENDULUM = """<mujoco>
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("commands", ["position", "torque", "alone"])
+@pytest.mark.parametrize(
+    "commands",
+    ["position", *(pytest.param(name, marks=pytest.mark.long) for name in ("torque", "alone"))],
+)
 def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     commands, tmp_path, monkeypatch, capsys
 ):
@@ -208,7 +211,7 @@ def test_an_answer_without_attached_effects_has_no_row(attaches, rows):
     assert len(_answers(gap).rows) == rows
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_play_in_a_gear_is_written_as_structure_and_gains():
     gears = pytest.importorskip("parts.simulator.gears")
     answer = gears.answered(gears.CASES["play of 6 mrad"])

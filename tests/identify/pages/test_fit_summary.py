@@ -59,14 +59,6 @@ def test_numbers_stand_with_their_points_below_each_other():
     assert wide[1].index(".") == wide[2].index(".") == len(wide[0].rstrip())
 
 
-def test_heads_that_differ_in_their_number_fold_alike_over_all_blocks_of_a_table():
-    head = ["run", "what it is for", *(f"joint {number}" for number in range(1, 7))]
-    cells = ["1.2", "3.45", "1.234", "2.2", "12345.67", "1.0"]
-    text = "\n".join(table(head, [["a" * 18, "b" * 22, *cells]], left=(0, 1)))
-    assert text.count("joint") == 6
-    assert "joint 5" not in text
-
-
 def test_a_table_aligns_names_left_and_numbers_right():
     assert table(["a", "bb"], [["one", "1"], ["heading"], ["x", "22"]]) == [
         "a    bb",
@@ -81,24 +73,6 @@ def test_paragraphs_stay_on_the_page():
     assert max(map(len, lines)) <= WIDTH
     assert lines[0].startswith("- word")
     assert all(line.startswith("    word") for line in lines[1:])
-
-
-def test_the_widest_column_of_words_is_wrapped():
-    rows = [
-        ["kinematic coupling of joint 2 (the shoulder) and joint 3 (the elbow)", "joint 2 (shoulder)", "-86"]
-    ]
-    lines = table(["candidate, alone", "joint that gains most", "%"], rows, left=(0, 1))
-    assert max(map(len, lines)) <= WIDTH
-    assert [line.split()[0] for line in lines[-2:]] == ["kinematic", "joint"]
-    assert lines[-2].endswith("-86")
-
-
-def test_sentences_that_no_room_is_left_for_stand_below_beside_the_first_column_alone():
-    long, why = "unit of lbr_joint_{number}/effort", "400.0 Hz, 0.2758 rad/s at most"
-    lines = table(["what", "guess", "sure", "from"], [[long, long[8:], "99.0 %", why]], left=(0, 1, 3))
-    assert max(map(len, lines)) <= 80
-    assert [line.split("  ")[0] for line in lines] == ["what", long] * 2
-    assert lines[-1] == f"{long}  {why}"
 
 
 def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
@@ -219,18 +193,3 @@ def test_a_table_fits_the_page_and_loses_no_cell(columns):
     assert max(map(len, lines)) <= WIDTH
     words = " ".join(lines).split()
     assert all(words.count(cell) == 1 for row in rows for cell in row[1:])
-
-
-def test_a_sentence_in_the_last_column_goes_on_below():
-    sentence = "word " * 40
-    lines = table(["name", "what it is"], [["x", sentence.strip()], ["y", "short"]], left=(0, 1))
-    assert max(map(len, lines)) <= WIDTH
-    assert " ".join(lines).count("word") == 40
-    assert lines[-1].split() == ["y", "short"]
-
-
-def test_a_table_of_words_alone_loses_none_that_is_too_long():
-    path, words = "/a/place/far/down" * 5, "a robot of which all is stated as one would from a drawing of it"
-    text = "\n".join(table(["file", "what it is"], [[path, words]], left=(0, 1)))
-    assert path in text
-    assert words in text

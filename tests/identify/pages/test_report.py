@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from exidyn.identification.pages.fit_document import write_report
-from exidyn.identification.text_table import digits
 
 from ...parts.pages.report_pages import Page, dots_of, known_fit, points_of
 
@@ -89,14 +88,6 @@ def test_agreement_is_shown_as_it_is(page, fit):
         assert [cell[1] for cell in cells] == [
             list(pair) for pair in zip(run.over_noise, 100 * run.relative, strict=True)
         ]
-
-
-def test_dropped_and_condition_are_shown_as_they_are(fit, tmp_path):
-    page = page_of(replace(fit, dropped={"Off9": -0.0234567, "XX9R": 1.5}), tmp_path)
-    assert "Off9 \N{MINUS SIGN}0.0235; XX9R 1.50" in page.words.replace("-", "\N{MINUS SIGN}")
-    assert f"unit columns: {digits(fit.condition, 3)}." in page.words
-    for line in fit.base.expressions:
-        assert line in page.words
 
 
 def test_worst_pairs_are_correlated_as_stated(page, fit):

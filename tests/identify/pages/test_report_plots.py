@@ -60,11 +60,6 @@ def test_long_run_shows_its_worst_minute(fit):
     assert informative_stretch(run, 1) == slice(0, len(run.time))
 
 
-@pytest.mark.parametrize("reach", [1.0, 2.1, 4.9, 48.0, 7300.0])
-def test_symmetric_ranges_have_ticks_beside_zero(reach):
-    assert len(ticks(Span(-reach, reach), 4)) >= 3
-
-
 def test_path_steps_lead_through_the_points():
     points = np.array([[10, 20], [15, 5], [15, 5], [-3, 40]])
     steps = re.search(r' d="(.*?)"', path(points, "residual"))[1]

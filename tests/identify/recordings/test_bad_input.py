@@ -63,78 +63,31 @@ def at(rows, columns, value):
     return change
 
 
-def later(rows, seconds):
-    """A change that shifts time stamps."""
-
-    def change(t, q, i):
-        t[rows] += seconds
-        return t, q, i
-
-    return change
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (
-            at(slice(100, 103), 1, 1e20),
-            "of elbow is above 1e+15 in 3 of 5000 samples, first at 0.400 s",
-        ),
-        (
-            later(slice(200, 201), -1.0),
-            "does not increase at 1 of 4999 steps, first from 0.796",
-        ),
-        (
-            lambda t, q, i: (t, np.degrees(q), i),
-            "looks like degrees: import it with exidyn import --degrees (in Python degrees=True)",
-        ),
-        (lambda t, q, i: (1000 * t, q, i), "In milliseconds that would be 250 Hz"),
-        (lambda t, q, i: (t, q + [90, 0], i), "shoulder is at"),
-    ],
-    ids=["huge", "time", "degrees", "milliseconds", "90 rad"],
-)
-def test_a_table_that_cannot_be_is_refused(folder, change, words, capsys):
-    assert words in refused(table(folder, change), capsys)
-
-
-def test_a_table_of_more_joints_is_refused(folder, capsys):
-    arguments = table(folder, lambda t, q, i: (t, q, q, i), "t,q1,q2,q3,q4,i1,i2")
-    assert "q has 4 columns for 2 joints (shoulder, elbow): which?" in refused(arguments, capsys)
-
-
-def test_a_table_of_fewer_joints_is_refused(folder, capsys):
-    arguments = table(folder, lambda t, q, i: (t, q[:, 0], i), "t,q1,i1,i2")
-    assert "no column q2 for position. Columns: t, q1, i1, i2" in refused(arguments, capsys)
-
-
-def test_a_table_without_robot_asks_for_it(folder, capsys):
-    assert "give the robot too" in refused(table(folder)[:2], capsys)
-
-
 def test_a_motor_side_without_gears_is_refused(folder, capsys):
     text = refused([*table(folder), "--motor-side", "position"], capsys)
     assert "--motor-side" in text
     assert "give [drive] gear_ratio" in text
 
 
+def steps_back(t, q, i):
+    t[200] -= 1.0
+    return t, q, i
+
+
 @pytest.mark.parametrize(
     ("change", "header", "words"),
     [
         (lambda t, q, i: (t, q, i), "x,q1,q2,i1,i2", "name it by exidyn import --columns time=NAME"),
-        (
-            lambda t, q, i: (t, q, i),
-            "t,a,b,i1,i2",
-            "name others by exidyn import --columns position=NAME,NAME",
-        ),
+        (lambda t, q, i: (t, q, i), "t,a,b,i1,i2", "by exidyn import --columns position=NAME,NAME"),
         (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "exidyn import --degrees"),
         (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "exidyn import --time-scale 0.001"),
         (at(slice(100, 103), 1, 1e20), "t,q1,q2,i1,i2", "run.csv line 102: run: position of elbow"),
+        (lambda t, q, i: (t, q + [90, 0], i), "t,q1,q2,i1,i2", "shoulder is at"),
+        (steps_back, "t,q1,q2,i1,i2", "at 1 of 4999 steps, first from 0.796"),
     ],
-    ids=["time", "position", "degrees", "milliseconds", "huge"],
+    ids=["time", "position", "degrees", "milliseconds", "huge", "90 rad", "time step"],
 )
-def test_what_to_do_about_a_table_is_reported_in_options_of_the_command(
-    folder, change, header, words, capsys
-):
+def test_what_is_wrong_with_a_table_is_said_with_the_option(folder, change, header, words, capsys):
     assert words in refused(table(folder, change, header), capsys)
 
 
@@ -151,10 +104,9 @@ def test_gaps_are_warned_of_and_imported(folder, capsys):
     assert "run.mcap: two joints" in printed
 
 
-@pytest.mark.parametrize("top", [0.6])
-def test_saturated_currents_give_a_warning_in_the_summary(folder, top, capsys):
+def test_saturated_currents_give_a_warning_in_the_summary(folder, capsys):
     current = RUN.signals["current"].values.copy()
-    limit = top * np.abs(current[:, 0]).max()
+    limit = 0.6 * np.abs(current[:, 0]).max()
     current[:, 0] = np.clip(current[:, 0], -limit, limit)
     [path] = write(folder, with_current(current))
     assert main(["identify", path]) == 0
@@ -210,7 +162,7 @@ def test_a_payload_without_mass_is_identified_where_gains_are_known(folder, caps
     assert "payload L" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("mass", ["0", "-3", "nan"])
+@pytest.mark.parametrize("mass", ["-3", "nan"])
 def test_a_mass_that_cannot_be_is_refused(folder, mass, capsys):
     empty, full = write(folder, RUN, loaded())
     assert "must be above 0" in refused(["identify", empty, "--payload", full, "--mass", mass], capsys)
@@ -242,7 +194,7 @@ def test_a_truncated_recording_is_read_with_a_warning(folder, capsys):
     assert "warning: file ends abruptly" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("share", [0.0, 0.001, 0.06])
+@pytest.mark.parametrize("share", [0.0, 0.06])
 def test_a_recording_cut_off_at_its_beginning_is_refused(folder, share, capsys):
     [path] = write(folder, RUN)
     whole = Path(path).read_bytes()

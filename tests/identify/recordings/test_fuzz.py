@@ -17,13 +17,13 @@ from ...parts.small import two_joints
 
 pytestmark = pytest.mark.slow
 
-INPUTS = 150
-"""Of each parser, fewer of a slow one, so that all take a minute; the benchmark tries more."""
+INPUTS = 40
+"""Of each parser, fewer of a slow one; the benchmark tries more."""
 
 
 @pytest.mark.parametrize("name", PARSERS)
 def test_damaged_files_are_read_or_refused_in_one_line(name, tmp_path):
-    count = INPUTS // PARSERS[name].slow
+    count = max(INPUTS // PARSERS[name].slow, 10)
     outcome = fuzz.fuzz(name, count, tmp_path / "input")
     assert not outcome.failures
     assert outcome.inputs == count
@@ -51,9 +51,7 @@ def raising(error):
     return Parser(PARSERS["URDF"].damages, read)
 
 
-@pytest.mark.parametrize(
-    "error", [ValueError("bare"), RuntimeWarning("overflow"), MemoryError(), fuzz.Hang()]
-)
+@pytest.mark.parametrize("error", [ValueError("bare"), RuntimeWarning("overflow"), fuzz.Hang()])
 def test_whatever_is_no_error_for_the_user_is_a_failure(error, tmp_path, monkeypatch):
     monkeypatch.setitem(PARSERS, "URDF", raising(error))
     outcome = fuzz.fuzz("URDF", 3, tmp_path / "input")

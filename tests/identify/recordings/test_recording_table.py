@@ -12,8 +12,6 @@ from exidyn.identification.recordings.tables.written import TABLES, columns_of, 
 from ...parts.runs.full_run import recording as full_run
 from ...parts.runs.runs import TIME, model, motion, noise
 
-pytestmark = pytest.mark.clocked
-
 
 def two_rates() -> Recording:
     """Slow temperatures, currents between the positions, and a second encoder on one joint."""

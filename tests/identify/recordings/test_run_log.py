@@ -12,8 +12,6 @@ from exidyn.identification.recordings.recording import Event, Timing
 
 from ...parts.runs.full_run import recording
 
-pytestmark = pytest.mark.clocked(patient=True)
-
 TIME = np.arange(100) * 0.002
 
 
@@ -49,7 +47,7 @@ def test_timing_needs_one_value_a_cycle():
         Timing(TIME, np.zeros(100), np.zeros(99), np.zeros(100))
 
 
-@pytest.mark.parametrize("cut", range(4, 60, 7))
+@pytest.mark.parametrize("cut", [4, 25, 53])
 def test_a_damaged_event_raises_nothing_but_value_errors(cut):
     whole = cdr.log_message(1_500_000_000, cdr.WARN, "name", "text", "{}")
     assert cdr.read_log(whole) == cdr.LogMessage(1_500_000_000, cdr.WARN, "name", "text", "{}")

@@ -126,7 +126,7 @@ def test_stamps_since_1970_have_the_unit_that_their_year_shows(tmp_path, unit, s
     )
 
 
-@pytest.mark.parametrize("word", ["", "nan", "NaN", "inf", "NULL", "n/a", "#N/A", "-"])
+@pytest.mark.parametrize("word", ["", "NaN", "inf", "NULL", "#N/A", "-"])
 def test_rows_without_a_joint_are_left_out_and_counted(tmp_path, word):
     lines = rows()
     for row in (3, 4, 50):
