@@ -60,6 +60,7 @@ def test_columns_are_what_links_elsewhere_ask_of_both_motors(motor, other, ratio
     assert np.max(np.abs(more)) > 1.0
 
 
+@pytest.mark.long
 def test_a_link_that_is_not_where_its_motor_states_is_found_with_its_ratio():
     coupling = np.array([[1.0, 0.0], [0.8, 1.0]])
     found = diagnose(nominal_model(), coupled(coupling), "coupled")

@@ -10,6 +10,8 @@ from ...parts.runs import bags
 from ...parts.runs.bags import sent
 from ...parts.runs.runs import model
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 NAMES = ("axis2", "gripper", "axis1")
 
 

@@ -11,6 +11,8 @@ from ...parts.runs import bags
 from ...parts.runs.bags import sent
 from ...parts.runs.runs import model
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 BASE, WRIST = ("axis2", "axis1"), ("axis4", "axis3")
 NAN = float("nan")
 

@@ -23,7 +23,7 @@ INPUTS = 40
 
 @pytest.mark.parametrize("name", PARSERS)
 def test_damaged_files_are_read_or_refused_in_one_line(name, tmp_path):
-    count = max(INPUTS // PARSERS[name].slow, 10)
+    count = max(INPUTS // PARSERS[name].slow, 8)
     outcome = fuzz.fuzz(name, count, tmp_path / "input")
     assert not outcome.failures
     assert outcome.inputs == count

@@ -11,6 +11,8 @@ from exidyn.identification.recordings.importers import import_source, kind_of
 
 from ...parts.runs.runs import model, motion, noise
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 FPS = 250
 LEFT, RIGHT = (["left_axis1", "left_axis2"], ["right_axis1", "right_axis2"])
 

@@ -28,7 +28,7 @@ def two_rates() -> Recording:
 
 @pytest.mark.parametrize("form", TABLES)
 @pytest.mark.parametrize("run", [two_rates(), full_run()], ids=["two rates", "every signal"])
-def test_a_table_is_read_again_as_it_was_written(tmp_path, form, run):
+def test_a_table_is_read_again_as_it_was_written(tmp_path, form, run, in_process):
     if form == "parquet":
         pytest.importorskip("pyarrow")
     (tmp_path / f"run.{form}").write_bytes(TABLES[form](run))

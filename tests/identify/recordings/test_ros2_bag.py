@@ -14,6 +14,8 @@ from exidyn.identification.recordings.mcap.mcap_file import write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 
 def write_bag(
     folder: Path,
