@@ -66,14 +66,6 @@ def test_runs_are_not_remembered_by_the_next():
     assert independent_share(noise, runs, RATE)[0] < 0.05
 
 
-def test_units_of_torque_change_no_comparison():
-    random = np.random.default_rng(3)
-    counts = np.tile(random.integers(50, 100, (20, 1)), (1, 2)).astype(float)
-    errors = counts * random.chisquare(5, size=(3, 20, 2)) / 5
-    one, other = log_probability(errors, counts), log_probability(1e6 * errors, counts)
-    np.testing.assert_allclose(one - other, np.broadcast_to(counts * np.log(1e3), one.shape), rtol=1e-6)
-
-
 def test_probability_of_usual_blocks_is_that_of_the_normal_distribution():
     counts = np.full((20, 1), 80.0)
     better, worse = counts * 1.0, counts * 1.3

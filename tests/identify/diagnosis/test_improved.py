@@ -145,11 +145,6 @@ def test_more_of_an_effect_that_the_model_has_adds_to_it():
     assert arm.by_name["Fc2"] == pytest.approx(as_nominal(evidence()).by_name["Fc2"] + 0.75)
 
 
-def test_a_balancer_beside_another_is_left_out():
-    [first, *_, last] = hypotheses("spring_balancer", nominal_model())
-    assert as_found(evidence(), [found(first), found(last)]).left_out == (1,)
-
-
 def test_an_unknown_body_is_carried_beside_a_known_one():
     model = nominal_model() + Payload("L", (("M", 2.0),))
     known = replace(evidence(), model=model, before=model.nominal_values, after=model.nominal_values)

@@ -1,7 +1,5 @@
 """One document, three renderers: the same numbers and words, escaped wherever they stand."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -25,7 +23,6 @@ from exidyn.identification.document.document import (
 from exidyn.identification.document.html import block, html
 from exidyn.identification.document.markdown import section_markdown
 from exidyn.identification.document.text import text
-from exidyn.identification.pages.runs_document import Run, runs_sections
 from exidyn.identification.text_table import page_width, percent, table
 
 TABLE = Table(
@@ -125,17 +122,6 @@ def test_links_are_links_on_a_page_and_words_elsewhere():
 )
 def test_shares_never_round_to_nothing_or_all(share, shown):
     assert percent(share) == shown
-
-
-def test_names_of_joints_stand_clear_of_the_scales_beside_them():
-    time, values = np.linspace(0.0, 1.0, 20), np.linspace(-12.5, 13.5, 20)[:, None]
-    run = Run("run", "fitted", "", 20.0, time, values, time, values, "torque", ())
-    drawn = {
-        name: html(Document("", "", runs_sections([run], [name], None)))
-        for name in ("j1", "shoulder_lift_joint")
-    }
-    frames = {name: float(re.search(r'class="frame" x="([\d.]+)"', page)[1]) for name, page in drawn.items()}
-    assert frames["shoulder_lift_joint"] - frames["j1"] > 30
 
 
 def test_a_column_of_words_is_not_lost_beside_wide_names():

@@ -102,18 +102,13 @@ def robot(request):
     return request.param()
 
 
-def test_mujoco_needs_the_torque_of_the_model(robot):
-    model = full(robot)
+@pytest.mark.parametrize("more", [(), (JointSpring(("joint2", "joint5")),)], ids=["usual", "springs"])
+def test_mujoco_needs_the_torque_of_the_model(robot, more):
+    model = full(robot, *more)
     motion = sliding_motion(robot)
     portable = Portable.of(model)
     close(in_mujoco(FORMATS["mjcf"].text(portable), motion), torque_of(model, motion))
     assert not [s for s in FORMATS["mjcf"].leaves_out(portable) if "friction" in s or "spring" in s]
-
-
-def test_springs_at_joints_take_the_constant_torque_with_them(robot):
-    model = full(robot, JointSpring(("joint2", "joint5")))
-    motion = sliding_motion(robot)
-    close(in_mujoco(FORMATS["mjcf"].text(Portable.of(model)), motion), torque_of(model, motion))
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 300.0])

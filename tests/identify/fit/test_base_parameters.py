@@ -97,27 +97,25 @@ def composition(base, name):
     return {p.name: w for p, w in zip(base.parameters, row, strict=True) if w != 0}
 
 
-def close(found, expected):
-    assert found.keys() == expected.keys()
-    for name, weight in expected.items():
-        assert found[name] == pytest.approx(weight, rel=1e-7, abs=1e-9), name
+CARRIED = {f"M{k}": D3**2 for k in (3, 4, 5, 6)}
+COMPOSED = {
+    "MX2R": {"MX2": 1.0} | {f"M{k}": D3 for k in (3, 4, 5, 6)},
+    "XX2R": {"XX2": 1.0, "YY2": -1.0} | {k: -w for k, w in CARRIED.items()},
+    "ZZ2R": {"ZZ2": 1.0, "Ia2": 1.0} | CARRIED,
+    "MX3R": {"MX3": 1.0} | {f"M{k}": D4 for k in (4, 5, 6)},
+    "MY3R": {"MY3": 1.0, "MZ4": 1.0} | {f"M{k}": R4 for k in (4, 5, 6)},  # alpha4 is -90 degrees
+    "XX6R": {"XX6": 1.0, "YY6": -1.0},
+}
+"""Regroupings of the paper: links 4 to 6 are carried wholly by link 3, as links 3 to 6 by link 2."""
 
 
-BEYOND = {f"M{k}": 1.0 for k in (4, 5, 6)}
-"""Masses that link 3 carries wholly."""
-
-
-def test_first_moment_of_the_upper_arm(base):
-    """MX2R = MX2 + d3 (M3 + M4 + M5 + M6)."""
-    close(composition(base, "MX2R"), {"MX2": 1.0} | {f"M{k}": D3 for k in (3, 4, 5, 6)})
+@pytest.mark.parametrize("name", COMPOSED)
+def test_bodies_are_regrouped_as_the_paper_does(base, name):
+    found = composition(base, name)
+    assert found.keys() == COMPOSED[name].keys()
+    for part, weight in COMPOSED[name].items():
+        assert found[part] == pytest.approx(weight, rel=1e-7, abs=1e-9), part
     assert "MX2R = MX2 + 1.25 M3 + 1.25 M4 + 1.25 M5 + 1.25 M6" in base.expressions
-
-
-def test_second_moments_of_the_upper_arm(base):
-    """XX2R = XX2 - YY2 - d3^2 m, ZZ2R = ZZ2 + Ia2 + d3^2 m, with m = M3 + M4 + M5 + M6."""
-    carried = {f"M{k}": D3**2 for k in (3, 4, 5, 6)}
-    close(composition(base, "XX2R"), {"XX2": 1.0, "YY2": -1.0} | {k: -w for k, w in carried.items()})
-    close(composition(base, "ZZ2R"), {"ZZ2": 1.0, "Ia2": 1.0} | carried)
 
 
 def test_turning_inertia_of_the_column(base):
@@ -128,12 +126,6 @@ def test_turning_inertia_of_the_column(base):
         assert found[name] == pytest.approx(weight, rel=1e-7), name
     # M6 goes through links 5, 4 and 3 into link 1: it counts at every d, and none of the r of the wrist
     assert found["M4"] == pytest.approx(D2**2 + D3**2 + D4**2, rel=1e-7)
-
-
-def test_forearm_takes_the_wrist(base):
-    """MX3R = MX3 + d4 (M4 + M5 + M6), MY3R = MY3 + MZ4 + r4 (M4 + M5 + M6), as alpha4 is -90 degrees."""
-    close(composition(base, "MX3R"), {"MX3": 1.0} | {k: D4 * w for k, w in BEYOND.items()})
-    close(composition(base, "MY3R"), {"MY3": 1.0, "MZ4": 1.0} | {k: R4 * w for k, w in BEYOND.items()})
 
 
 def test_no_motion_reveals_what_the_first_link_cannot_show(base):

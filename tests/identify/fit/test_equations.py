@@ -143,19 +143,6 @@ def test_weight_is_zero_exactly_around_standstill(run):
             np.testing.assert_array_equal(weight[row], near.all(axis=0))
 
 
-def test_without_leaves_the_rest_alone(run, base):
-    equations = assemble(model(), base, [run])
-    left = equations.without([1, 3])
-    keep = [k for k in range(len(base.kept)) if k not in (1, 3)]
-    assert left.names == [equations.names[k] for k in keep]
-    np.testing.assert_array_equal(left.regressor, equations.regressor[:, :, keep])
-    np.testing.assert_array_equal(left.base.regrouping, base.regrouping[keep])
-    np.testing.assert_array_equal(left.commanded(), equations.commanded()[:, :, keep])
-    np.testing.assert_array_equal(left.regressor_noise(), equations.regressor_noise()[:, [*keep, -1]])
-    np.testing.assert_array_equal(left.current, equations.current)
-    assert equations.without([]).names == equations.names
-
-
 def test_commanded_motion_is_as_warm_and_as_loaded_as_the_measured_one():
     recording = record(KnownPayload("L", MASS))
     position = recording.signals["position"]

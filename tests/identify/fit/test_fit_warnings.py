@@ -16,7 +16,7 @@ from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import JointState, joint_verdicts, payload_centres, verdict
 from exidyn.identification.pages.fit_document import fit_document, report_html, summary
 from exidyn.identification.preparation.prepare import Filtering, choose
-from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit, plain_fit
@@ -65,17 +65,6 @@ def test_amperes_are_not_called_newton_metres():
     assert row[-2:] == ["-", "-"]
 
 
-def test_torque_is_still_torque():
-    recording = run("torque")
-    current = recording.signals["current"]
-    signals = {name: s for name, s in recording.signals.items() if name != "current"}
-    signals["torque"] = Signal(current.time, current.values * two_joints.GAIN)
-    torque = identify([silent(replace(recording, signals=signals))])
-    assert torque.measures == "torque"
-    assert not any(SCALE in line for line in verdict(torque))
-    assert "  N m   " in summary(torque).partition("Drive gains")[0]
-
-
 def test_gains_not_given_are_not_compared_with_one():
     np.testing.assert_allclose(found().estimate.gain, two_joints.GAIN, rtol=0.01)
     assert not any(SCALE in line for line in verdict(found()))
@@ -120,14 +109,6 @@ def test_one_run_that_distinguishes_a_joint_from_noise_is_enough():
     assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == ["at the noise floor"] * 2
 
 
-def test_joints_of_one_verdict_share_a_sentence():
-    run = fit().validation[0]
-    poor = replace(fit(), validation=(replace(run, noise=run.residual_rms / [4.2, 3.1]),))
-    [first] = [line for line in verdict(poor) if "More than noise is left" in line]
-    assert first.startswith("The residual of no joint is at the noise floor on the held-out runs. ")
-    assert "More than noise is left on shoulder (4.2 x noise), elbow (3.1 x noise)." in first
-
-
 def test_a_guessed_noise_floor_is_called_a_guess():
     guess = "The noise floor is a guess from high frequencies, a lower bound"
     assert any(line.startswith(guess) for line in verdict(with_agreement(0.2, "high frequencies")))
@@ -145,11 +126,6 @@ def test_the_same_recording_is_known_by_its_content():
     current = a.signals["current"]
     heavier = replace(a, signals={**a.signals, "current": replace(current, values=2 * current.values)})
     assert repeated_runs([a, heavier], []) == ()
-
-
-def test_a_flattering_validation_is_a_warning_of_the_fit():
-    recording = run("empty")
-    assert any("proves nothing" in d for d in identify([recording], [replace(recording, name="x")]).warnings)
 
 
 def renamed(recording: Recording) -> Recording:

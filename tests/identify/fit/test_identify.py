@@ -112,18 +112,6 @@ def test_value_by_name_with_and_without_the_r(fit):
         fit.value("XX9")
 
 
-def test_condition_is_that_of_the_weighted_scaled_matrix(fit, runs):
-    from exidyn.identification.fit.equations import assemble
-    from exidyn.identification.fit.identification import pooled_noise
-
-    prepared = pooled_noise([prepare(run, fit.filtering) for run in runs])
-    equations = assemble(fit.model, fit.base, prepared)
-    rows = equations.regressor * (equations.weight / fit.estimate.noise)[:, :, None]
-    rows = rows.reshape(-1, len(fit.names))
-    assert fit.condition == pytest.approx(np.linalg.cond(rows / np.linalg.norm(rows, axis=0)), rel=1e-6)
-    assert fit.rows == int(equations.weight.sum())
-
-
 def test_nominal_base_values_and_their_deviation(fit):
     mean, deviation = fit.prior
     inertial = np.array([name[:2] not in ("Fv", "Fc", "Of") for name in fit.names])
@@ -184,16 +172,6 @@ def test_jittering_stamps():
         assert fit.value(name) == pytest.approx(even.value(name), rel=0.05, abs=0.05)
 
 
-def test_one_joint_that_never_moves_is_refused():
-    recording = record(0)
-    signals = dict(recording.signals)
-    position = signals["position"].values.copy()
-    position[:, 1] = 0.3
-    signals["position"] = Signal(signals["position"].time, position)
-    with pytest.raises(NotExcited, match="joint 2|Fv2"):
-        identify([replace(recording, signals=signals)])
-
-
 def test_only_where_position_and_current_were_both_recorded(fit):
     """A current that starts late and ends early is not continued by its first and last value."""
     recording = record(0)
@@ -204,22 +182,6 @@ def test_only_where_position_and_current_were_both_recorded(fit):
     assert run.motion.time[-1] <= 16.0 + 0.002
     part = identify([replace(recording, signals=signals)])
     assert within(part, 5.0).all()
-
-
-@pytest.mark.parametrize("samples", [1, 20, 200])
-def test_short_runs_are_refused(samples):
-    recording = record(0)
-    short = {name: signal[:samples] for name, signal in recording.signals.items()}
-    with pytest.raises(RecordingError, match="only|too short"):
-        identify([replace(recording, signals=short)])
-
-
-def test_signals_of_two_clocks_are_refused():
-    recording = record(0)
-    signals = dict(recording.signals)
-    signals["current"] = Signal(signals["current"].time + 1000.0, signals["current"].values)
-    with pytest.raises(RecordingError, match="clock|overlap|share"):
-        identify([replace(recording, signals=signals)])
 
 
 def test_instruments_need_every_joints_command():
@@ -236,3 +198,28 @@ def test_nothing_to_identify_from():
         identify([], validate=[record(0)])
     with pytest.raises(RobotError, match="no effects"):
         identify([record(0)], model=replace(model(), effects=()))
+
+
+def still(signals):
+    position = signals["position"]
+    return {"position": Signal(position.time, position.values * [1.0, 0.0] + [0.0, 0.3])}
+
+
+def of_another_clock(signals):
+    current = signals["current"]
+    return {"current": Signal(current.time + 1000.0, current.values)}
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        (still, NotExcited, "joint 2|Fv2"),
+        (of_another_clock, RecordingError, "clock|overlap|share"),
+        *((lambda signals, n=n: {k: v[:n] for k, v in signals.items()}, RecordingError, "only|too short")
+          for n in (1, 20, 200)),
+    ],
+)  # fmt: skip
+def test_runs_that_show_nothing_are_refused(change, error, words):
+    recording = record(0)
+    with pytest.raises(error, match=words):
+        identify([replace(recording, signals={**recording.signals, **change(recording.signals)})])

@@ -8,7 +8,6 @@ import pytest
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.verdict import joint_verdicts, surprises, verdict
 from exidyn.identification.preparation.prepare import SMOOTHED
-from exidyn.identification.text_table import digits
 
 from ...parts.pages.report_pages import known_fit
 
@@ -61,13 +60,6 @@ def test_verdict_takes_the_worst_run_of_each_joint(fit):
     better = replace(with_noise(fit, 0.5, 2.0).validation[0], run="other")
     found = joint_verdicts(replace(fit, validation=(worse, better)))
     assert [(v.run, round(v.over_noise, 6)) for v in found] == [(worse.run, 3.0), ("other", 2.0)]
-
-
-def test_verdict_counts_the_gains_and_repeats_warnings(fit):
-    lines = verdict(replace(fit, warnings=("the clock jumps",)))
-    half = 196 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
-    assert f"known to ± {digits(half.min(), 2)} to {digits(half.max(), 2)} % (95 %)" in lines[1]
-    assert lines[-1] == "the clock jumps"
 
 
 def test_surprise_is_a_value_far_from_its_prior(fit):

@@ -149,33 +149,11 @@ def test_far_from_prior_is_pointed_out():
     assert marks == [0, len(value), 0]
 
 
-def test_every_run_has_its_residual_over_noise_by_joint():
-    lines = section(summary(fit()), "Runs")
-    for one in (*fit().agreement, *fit().validation):
-        cells = [line for line in lines if line.startswith(f"{one.run} ")][0].split(maxsplit=1)[1]
-        for over in one.over_noise:
-            assert f"{digits(over, 3)};" in cells
-
-
 def test_what_remains_open_is_listed_with_the_motion_that_would_settle_it():
     unclear = (Unclear("MX2", 45.678, "move elbow fast"),)
     page = summary(replace(fit(), unclear=unclear)).partition("\nOpen\n")[2].splitlines()
     assert page[1].split() == ["MX2", "45.7", "move", "elbow", "fast"]
     assert "Open: none" in summary(replace(fit(), unclear=()))
-
-
-def test_composition_has_every_regrouping_and_what_no_motion_reveals():
-    text = "\n".join(section(summary(fit()), "Composition of base parameters"))
-    structure = fit().structure
-    assert structure.expressions
-    joined = " ".join(text.split())
-    for expression in (*structure.expressions, ", ".join(structure.without_effect)):
-        assert expression in joined
-    assert not set(structure.without_effect) & set(fit().dropped)
-
-
-def test_warnings_are_printed():
-    assert "- other: the cable was caught at the base" in summary(fit())
 
 
 def test_a_fit_that_was_read_has_a_page_too(tmp_path):

@@ -102,14 +102,7 @@ def from_mjcf(text: str) -> pin.Inertia:
     return pin.Inertia(float(model.body_mass[1]), model.body_ipos[1], inertia)
 
 
-READERS = {
-    "ur": from_ur,
-    "franka": from_franka,
-    "kuka": from_kuka,
-    "abb": from_abb,
-    "urdf": from_urdf,
-    "mjcf": from_mjcf,
-}
+READERS = {name: globals()[f"from_{name}"] for name in FORMATS}
 
 
 @pytest.mark.parametrize("name", FORMATS)

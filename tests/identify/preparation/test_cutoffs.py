@@ -10,7 +10,6 @@ from exidyn.identification.preparation.cutoffs import (
     nominal_inertia,
     position_cutoff,
     spectra,
-    torque_cutoff,
 )
 
 from ...parts.small.two_joints import GAIN, model
@@ -106,13 +105,3 @@ def test_crossing_is_where_encoder_noise_would_exceed_the_current():
     assert found == pytest.approx(expected, rel=0.05)
     # and there, summed up to it, the encoder adds at most five per cent to the noise
     assert 0.7**4 / 5 < 0.05
-
-
-def test_torque_cutoff_is_the_largest_reason():
-    moved = sines(0.2, 3.0)
-    quiet, loud = moved + noise(1e-7, moved), moved + noise(1e-3, moved)
-    current = noise(0.05, moved, 1)
-    assert torque_cutoff(model(), quiet, current, GAIN, RATE) == noise_crossing(
-        model(), quiet, current, GAIN, RATE
-    )
-    assert torque_cutoff(model(), loud, 1e-3 * current, GAIN, RATE) >= LOWEST

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile, RecordingError
-from exidyn.identification.recordings.importers import import_source, kind_of, read_tables
+from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile
+from exidyn.identification.recordings.importers import import_source, read_tables
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
@@ -99,16 +99,6 @@ def test_records_and_dates(tmp_path, in_process):
     assert np.array_equal(found.signals["current"].values, noise().astype("f4"))
 
 
-def test_a_table_of_pandas_with_dates(tmp_path, in_process):
-    pandas, _ = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
-    frame = pandas.DataFrame({"q1": motion()[:, 0], "q2": motion()[:, 1], "tau1": 1.0, "tau2": TIME})
-    frame["t"] = pandas.Timestamp("2026-03-01") + pandas.to_timedelta(np.rint(TIME * 1e6), "us")
-    frame.to_parquet(tmp_path / "run.parquet")
-    [found] = import_source(tmp_path / "run.parquet", model())
-    np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-6)
-    assert np.array_equal(found.signals["torque"].values[:, 1], TIME)
-
-
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_damaged_file_is_refused(tmp_path, name):
     path = tmp_path / {"run.parquet": "run.pq", "run.h5": "run.hdf5"}.get(name, name)
@@ -142,13 +132,6 @@ def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch
     monkeypatch.syspath_prepend(stub.parent)
     with pytest.raises(MissingPackage, match=rf'needs {package}, .*: pip install "\.\[{extra}\]"'):
         import_source(tmp_path / name, model())
-
-
-def test_what_is_no_table_has_no_columns_to_look_at(tmp_path):
-    (tmp_path / "metadata.yaml").write_text("")
-    assert kind_of(tmp_path) == "ros2_bag"
-    with pytest.raises(RecordingError, match="ROS bag is not a table"):
-        read_tables(tmp_path)
 
 
 @pytest.mark.parametrize("version", ["6.1_SOL2", "7.4_GLNX86"])

@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
-from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.recording import KnownPayload
-from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.runs.runs import DATA, TIME, model, motion, needs_data, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, table
 
 
 @pytest.mark.parametrize(
@@ -139,13 +135,6 @@ def test_a_table_without_names(tmp_path, separator):
         import_source(path, model())
 
 
-def test_names_may_stand_in_a_comment_and_columns_between_spaces(tmp_path):
-    header = "t q1 q2 i1 i2"
-    np.savetxt(tmp_path / "run.txt", np.column_stack([TIME, motion(), noise()]), "%25.17g", header=header)
-    [found] = import_source(tmp_path / "run.txt", model())
-    assert np.array_equal(found.signals["current"].values, noise())
-
-
 def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,state", motion(), noise(), TIME)
     lines = path.read_text().splitlines()
@@ -183,33 +172,3 @@ def test_bad_maps_are_refused(tmp_path):
         import_source(path, model(), columns={"current": "amps{number}"})
     with pytest.raises(RecordingError, match="give the robot too"):
         import_source(path)
-
-
-@needs_data
-def test_ur10e_currents_with_their_jitter():
-    folder = DATA / "ur10e_mamedov"
-    payload = KnownPayload("L", (("M", 2.805),))
-    path = folder / "id_ur-20_02_19_14harm50secLoad.csv.gz"
-    [found] = import_source(path, read_model(folder / "ur10e.urdf"), payload=payload)
-    assert set(found.signals) == {"position", "velocity", "current"}
-    assert found.signals["position"].values.shape == (5307, 6)
-    assert found.signals["position"].period == pytest.approx(0.010)
-    assert np.ptp(np.diff(found.signals["position"].time)) > 0
-    assert found.payload == payload
-    assert found.warnings == ()
-
-
-@needs_data
-def test_kr300_torques_come_to_the_joint_and_three_joints_have_a_second_encoder():
-    folder = DATA / "kuka_kr300_weigand"
-    gears = np.array([256.857, 267.429, 252.333, 221, 239.619, 154.323])
-    described = read_model(folder / "kr300.urdf")
-    robot = Robot("kr300", described.robot.kinematics, described.robot.limits, gear_ratio=gears)
-    path = folder / "2020-10-21_A.csv.gz"
-    [found] = import_source(path, Model(robot, described.effects), motor_side=["torque"])
-    raw = np.genfromtxt(path, delimiter=",", names=True)
-    np.testing.assert_allclose(found.signals["torque"].values[:, 1], raw["tau2"] * gears[1])
-    assert np.array_equal(found.signals["position"].values[:, 4], raw["q5"])
-    second = found.signals["link_position"].values
-    assert np.isfinite(second[:, :3]).all()
-    assert np.isnan(second[:, 3:]).all()

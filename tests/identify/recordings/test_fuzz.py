@@ -1,7 +1,5 @@
 """Every parser reads a damaged file or refuses it in one line; nothing else comes out of it."""
 
-import warnings
-
 import pytest
 
 from exidyn.drivers.errors import BadSettings
@@ -11,7 +9,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.urdf import parse_urdf
 
 from ...parts.fuzz import fuzz
-from ...parts.fuzz.fuzz_parsers import PARSERS, Parser
+from ...parts.fuzz.fuzz_parsers import PARSERS
 from ...parts.runs import parser_files
 from ...parts.small import two_joints
 
@@ -39,33 +37,6 @@ def test_valid_files_are_read(name, tmp_path):
         content = chosen.finish(chosen.files[chosen.name])
         parser_files.write({**chosen.files, chosen.name: content}, folder)
         PARSERS[name].read(folder, chosen.name)
-
-
-def raising(error):
-    def read(folder, name):
-        if isinstance(error, Warning):
-            warnings.warn(error, stacklevel=1)
-        else:
-            raise error
-
-    return Parser(PARSERS["URDF"].damages, read)
-
-
-@pytest.mark.parametrize("error", [ValueError("bare"), RuntimeWarning("overflow"), fuzz.Hang()])
-def test_whatever_is_no_error_for_the_user_is_a_failure(error, tmp_path, monkeypatch):
-    monkeypatch.setitem(PARSERS, "URDF", raising(error))
-    outcome = fuzz.fuzz("URDF", 3, tmp_path / "input")
-    assert [seed for seed, _ in outcome.failures] == [0, 1, 2]
-    assert type(error).__name__ in outcome.failures[0][1]
-
-
-def test_a_seed_always_makes_the_same_input(tmp_path):
-    contents = []
-    for _ in range(2):
-        name = fuzz.damage("fit.json", 5, tmp_path / "input")
-        contents.append((tmp_path / "input" / name).read_bytes())
-    assert contents[0] == contents[1]
-    assert contents[0] != parser_files.fit_bytes()
 
 
 @pytest.mark.parametrize("number", ["99999999999999999999", "-99999999999999999999", "0x" + "f" * 5000])

@@ -57,14 +57,6 @@ def test_a_log_of_libfranka(tmp_path):
     assert found.settings["preset"] == "libfranka"
 
 
-def test_a_log_of_other_joints_is_refused(tmp_path):
-    path = write_rtde(tmp_path / "log.csv", 6, actual_q=motion(6), actual_current=noise(6))
-    with pytest.raises(WrongShape, match=r"actual_q has 6 columns for 2 joints \(axis1, axis2\): which"):
-        import_source(path, model())
-    with pytest.raises(WrongShape, match=r"no column actual_q_6 for position\. Columns: .*actual_q_0 to 5"):
-        import_source(path, model(7))
-
-
 def test_columns_that_are_named_are_no_preset(tmp_path):
     path = table(tmp_path / "run.csv", "clock,a1,a2,b1,b2", motion(), noise())
     columns = {"time": "clock", "position": "a", "torque": "b"}

@@ -13,7 +13,6 @@ from exidyn.identification.recordings.decompression_limits import VARIABLE
 from exidyn.identification.recordings.importers import read_apart, read_tables
 
 from ...parts.descendants import started, within
-from ...parts.runs.runs import HOSTILE, needs_hostile
 
 PATIENCE = 60.0
 """Of a busy machine, until processes have started or ended [s]."""
@@ -97,13 +96,3 @@ def test_a_library_of_the_working_folder_is_not_imported(tmp_path, monkeypatch):
     [table] = read_tables("run.mat")
     assert table.names == ["q1", "q2", "q3"]
     np.testing.assert_array_equal(table.values, values)
-
-
-@needs_hostile
-def test_a_matlab_file_that_kills_its_reader_is_refused(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(HOSTILE / "mat_segfault")
-    for _ in range(2):  # it dies in more than one way
-        assert main(["import", "log.mat", "--robot", "robot.toml", "-o", str(tmp_path / "x.mcap")]) == REFUSED
-        [line] = capsys.readouterr().err.splitlines()
-        assert line.startswith("exidyn: log.mat")
-    assert not list(tmp_path.iterdir())

@@ -183,14 +183,3 @@ def test_a_time_stamp_that_no_clock_shows_is_refused(tmp_path, stamp):
     with pytest.raises(RecordingError, match="time"):
         write_recording(import_source(tmp_path / "bag", model())[0], tmp_path / "run.mcap")
     assert not (tmp_path / "run.mcap").exists()
-
-
-def test_a_bag_without_efforts_is_refused_with_that_word(tmp_path):
-    write_bag(tmp_path / "bag", "sqlite3", effort=False)
-    [file] = (tmp_path / "bag").glob("*.db3")
-    with closing(sqlite3.connect(file)) as bag, bag:
-        bag.execute(
-            "DELETE FROM messages WHERE topic_id = (SELECT id FROM topics WHERE name = '/motor_current')"
-        )
-    with pytest.raises(NotRecorded, match="no efforts: the field effort of all 200 joint states is"):
-        import_source(tmp_path / "bag", model())

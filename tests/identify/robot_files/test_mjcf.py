@@ -1,8 +1,5 @@
 """MJCF: the same torque as MuJoCo's own inverse dynamics; what cannot be taken is refused by name."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,9 +7,6 @@ from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.mujoco_models import compiled, inverse, random_motion, smooth_torque
-
-MODELS = Path(os.environ.get("EXIDYN_DATA", "")) / "mjcf"
-HELD = {"piper": ("joint7", "joint8"), "piper_older": ("joint7", "joint8")}
 
 ARM = """<mujoco model="small"><compiler angle="{angle}"/>{head}
 <default><joint damping=".5"/>
@@ -57,24 +51,6 @@ def require_same(model, text, held=None):
     np.testing.assert_allclose(
         smooth_torque(model, motion), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
     )
-
-
-@pytest.mark.filterwarnings("ignore:.*gravcomp")
-@pytest.mark.parametrize(
-    "file", sorted(MODELS.glob("*.xml")) or [pytest.param(None, marks=pytest.mark.skip("no data"))], ids=str
-)
-def test_torque_of_models_as_users_have_them_is_that_of_mujoco(file, tmp_path):
-    still = HELD.get(file.stem, ())
-    joints = [j for j in _joint_names(file) if j not in still]
-    (tmp_path / "robot.toml").write_text(f'mjcf = "{file}"\njoints = {joints}')
-    model = read_model(tmp_path / "robot.toml")
-    require_same(model, file)
-    np.testing.assert_array_equal(model.robot.joints, joints)
-
-
-def _joint_names(file):
-    model = compiled(file)
-    return [model.joint(joint).name for joint in range(model.njnt)]
 
 
 @pytest.mark.filterwarnings("ignore:compiler attribute 'settotalmass'")

@@ -122,11 +122,6 @@ def test_limits_are_all_there_and_torque_holds_the_arm(name):
     assert np.all(np.abs(model.torque(still, model.nominal_values)) < 0.8 * limits.torque)
 
 
-def test_every_prior_has_a_weight():
-    for name in builtin_names():
-        assert np.all(np.isfinite([prior.std for prior in read_model(name).priors]))
-
-
 def test_cobot_reaches_where_the_ur10_does():
     robot = read_model("cobot").robot
     data = robot.kinematics.createData()

@@ -1,17 +1,12 @@
 """URDFs: what is read, and which culprit a broken one names."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint
-from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.urdf import movable_joints, parse_urdf
 
-DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
 
 
@@ -174,15 +169,3 @@ def test_a_broken_tree_names_the_culprit(text, message):
     with pytest.raises(BrokenTree, match=f"arm.urdf.*{message}") as caught:
         parse_urdf(text, "arm.urdf")
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("path", "joints"),
-    [("kuka_kr300_weigand/kr300.urdf", 6), ("panda_gaz/panda.urdf", 7), ("ur10e_mamedov/ur10e.urdf", 6)],
-)
-def test_real_robots_load(path, joints):
-    if not (DATA / path).exists():
-        pytest.skip(f"no {path} in {DATA}; set EXIDYN_DATA")
-    model = read_model(DATA / path)
-    assert model.robot.dof == joints
-    assert len(model.names) == joints * (10 + 4)

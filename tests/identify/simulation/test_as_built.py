@@ -34,9 +34,3 @@ def test_it_is_the_same_arm_with_and_without_a_payload(nominal):
     np.testing.assert_array_equal(alone.robot.drive_gain, loaded.robot.drive_gain)
     np.testing.assert_array_equal(masses(alone), masses(loaded))
     assert alone.stated == loaded.stated
-
-
-def test_the_nominal_arm_stays_as_it_is(nominal):
-    before = masses(nominal)
-    as_built(nominal)
-    np.testing.assert_array_equal(masses(nominal), before)

@@ -38,13 +38,9 @@ def test_what_a_model_made_is_shown_and_judges_nothing(read):
     found = predicted(read, [by_model(run("sim", 2, 4)), run("other", 2, 3)])
     assert (names(found.validation), names(found.apart)) == (["other"], ["sim"])
     assert "sim: simulated by a model; it is shown, but does not judge the fit" in found.warnings
-
-
-def test_a_jog_is_shown_and_judges_nothing(read):
     jog = run("jog", 2, 4)
     jog = replace(jog, settings={**jog.settings, JOG: "joint2 by 0.03 rad and back"})
-    found = predicted(read, [jog, run("other", 2, 3)])
-    assert (names(found.validation), names(found.apart)) == (["other"], ["jog"])
+    assert names(predicted(read, [jog, run("other", 2, 3)]).apart) == ["jog"]
 
 
 def test_a_fit_of_simulated_runs_is_judged_by_simulated_runs():

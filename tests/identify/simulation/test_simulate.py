@@ -82,12 +82,6 @@ def test_encoder_counts_in_steps(motion):
     assert np.abs(position - motion.position).max() <= 0.5e-3 + 1e-12
 
 
-def test_seed_decides_the_noise(motion):
-    one, again, two = (record(motion, Sensors(), seed=seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one.signals["current"].values, again.signals["current"].values)
-    assert np.any(one.signals["current"].values != two.signals["current"].values)
-
-
 def test_payload_hangs_on_the_arm_that_carries_it(motion):
     plant = model(Payload("L", MASS))
     values = true_values(plant, 3.0)

@@ -15,13 +15,6 @@ from exidyn.identification.model import Model
 BESIDE = Path(__file__).parents[4] / "shared"
 DATA = Path(os.environ.get("EXIDYN_DATA", BESIDE / "data"))
 CASES = Path(os.environ.get("EXIDYN_CASES", BESIDE / "cases"))
-HOSTILE = Path(os.environ.get("EXIDYN_INPUTS", BESIDE / "inputs")) / "hostile"
-needs_hostile = pytest.mark.skipif(
-    not HOSTILE.is_dir(), reason="no hostile inputs; set EXIDYN_INPUTS to their folder"
-)
-needs_data = pytest.mark.skipif(
-    not DATA.is_dir(), reason="no real recordings; set EXIDYN_DATA to their folder"
-)
 needs_cases = pytest.mark.skipif(
     not CASES.is_dir(), reason="no sample cases; set EXIDYN_CASES to their folder"
 )
