@@ -103,6 +103,7 @@ class Lorentzian(JointEffect):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_mismatch_of_a_formula_has_no_second_name():
     found = searched(record([Lorentzian(("elbow",))], {"Fl2": 1.0}))
     [one] = [one for one in found.selected if one.answer.candidate.joints == (1,)]

@@ -21,7 +21,7 @@ def gradual(velocity, share=1.0):
     return record([effect], {"Fc2": 2.0 * (1.0 - share), "Fg2": 2.0 * share})
 
 
-@pytest.mark.parametrize("velocity", [0.05, 0.28])
+@pytest.mark.parametrize("velocity", [0.05, pytest.param(0.28, marks=pytest.mark.long)])
 def test_dry_friction_that_turns_over_a_wide_velocity_is_named_with_it(velocity):
     [finding] = diagnose(nominal_model(), gradual(velocity), "gradual").findings
     assert (finding.effect, finding.joints) == GRADUAL
@@ -34,6 +34,7 @@ def test_dry_friction_that_turns_over_a_wide_velocity_is_named_with_it(velocity)
     assert "changes its sign gradually, over" in sentence(finding, ("shoulder", "elbow"))
 
 
+@pytest.mark.long
 def test_with_it_in_the_robots_file_nothing_is_named_again():
     runs = gradual(0.1, 0.6)
     found = model_to_fit(diagnose(nominal_model(), runs, "gradual"))

@@ -92,6 +92,7 @@ def test_an_arm_that_is_mounted_otherwise_is_found_with_the_direction_of_gravity
     assert "gravity has" not in text
 
 
+@pytest.mark.long
 def test_a_share_of_the_weight_that_something_else_carries_is_found():
     stated = nominal_model()
     found = diagnose(stated, runs_of(under(stated, 0.4 * stated.robot.gravity), stated))

@@ -1,4 +1,4 @@
-"""A diagnosis in words, tables and answers."""
+"""A diagnosis in words and tables."""
 
 import json
 import re
@@ -17,7 +17,7 @@ from exidyn.identification.diagnosis.findings.residuals import Budget, Change, S
 from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
 from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identification.diagnosis.results.budget import OTHER
-from exidyn.identification.diagnosis.words.diagnosis_file import answer, as_json
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.sentences import sentence
 from exidyn.identification.diagnosis.words.verdict import verdict
@@ -402,28 +402,12 @@ def test_the_page_of_text_has_findings_intervals_and_ratios():
     assert "Held out:         none" in summary(diagnosis(finding(), **NO_HELD_OUT))
 
 
-def test_answers_count_joints_from_one():
-    others = (other("torque_ripple", (1,), 0.2),)
-    found = answer(diagnosis(finding("current_crosstalk"), finding(alternatives=others), seconds=12.345))
-    assert found == {
-        "findings": [
-            {
-                "effect": "load_dependent_friction",
-                "joints": [3],
-                "confidence": 0.9995,
-                "alternatives": [{"effect": "torque_ripple", "joints": [2]}],
-                "parameters": {"mu3": [0.12, 0.006]},
-            }
-        ],
-        "unexplained": True,  # what the vocabulary has no name for
-        "torque_rms_before": pytest.approx([1.1, 0.5, 0.54]),
-        "torque_rms_after": pytest.approx([1.02, 0.5, 0.21]),
-        "torque_rms_filter_hz": 25.0,
-        "seconds": 12.35,
-    }
-    assert "torque_rms_before" not in answer(diagnosis(**NO_HELD_OUT))
-    assert not answer(diagnosis(finding()))["unexplained"]
-    assert answer(diagnosis(remainders=(Remainder(0, 2.0, 1.0, "time"),)))["unexplained"]
+def test_what_the_vocabulary_has_no_name_for_is_reported_and_unexplained():
+    one = as_json(diagnosis(finding("current_crosstalk"), finding()))
+    assert [named["effect"] for named in one["findings"]][0] == "current_crosstalk"
+    assert one["unexplained"]
+    assert not as_json(diagnosis(finding()))["unexplained"]
+    assert as_json(diagnosis(remainders=(Remainder(0, 2.0, 1.0, "time"),)))["unexplained"]
 
 
 def test_a_plain_diagnosis_is_json_without_nan():

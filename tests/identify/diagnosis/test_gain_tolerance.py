@@ -55,6 +55,7 @@ def test_without_known_masses_the_tolerance_of_the_gain_is_in_the_interval():
     assert abs(value - STIFFNESS) <= NORMAL_95 * std
 
 
+@pytest.mark.long
 def test_inertias_that_were_identified_with_the_gains_move_with_them():
     """All gains together change nothing then but the torque that the model does not have: friction's here."""
 

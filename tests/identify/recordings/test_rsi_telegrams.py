@@ -122,16 +122,13 @@ def test_torques_take_the_place_of_currents(tmp_path):
     )
 
 
-def test_telegrams_without_currents_say_what_to_add(tmp_path):
+def test_telegrams_without_currents_or_axes_say_what_to_add(tmp_path):
     path = write(tmp_path / "rsi.log", telegrams(current=""))
     with pytest.raises(NotRecorded, match=r"neither motor currents .* present: AIPos. .*: DEF_MACur in SEND"):
         import_source(path, model(6))
-
-
-def test_telegrams_without_axes_say_what_to_add(tmp_path):
-    lines = [line.replace("AIPos", "RIst") for line in telegrams()]
+    path = write(path, [line.replace("AIPos", "RIst") for line in telegrams()])
     with pytest.raises(NotRecorded, match=r"no positions of the axes \(AIPos\).*: DEF_AIPos in SEND"):
-        import_source(write(tmp_path / "rsi.log", lines), model(6))
+        import_source(path, model(6))
 
 
 def test_commands_and_a_rail_are_read(tmp_path):
