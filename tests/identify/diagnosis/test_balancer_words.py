@@ -47,9 +47,6 @@ def test_stiffness_is_told_with_the_length_that_is_not_known():
     assert table[STIFFNESS]["value"] / TRUE.d21**2 == pytest.approx(KR)
     assert table[PRELOAD]["value"] / TRUE.d21 == pytest.approx(K0)
     assert table[LEVERS]["value"] * TRUE.d21 == pytest.approx(TRUE.d22)
-
-
-def test_text_has_no_stiffness_and_says_which_length_gives_it():
     page = summary(diagnosis(stated()))
     assert "N/m " not in page.replace("[N/m]", "")
     lines = " ".join(verdict(diagnosis(stated())))

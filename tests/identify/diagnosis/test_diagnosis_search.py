@@ -110,13 +110,10 @@ def test_priors_that_are_right_are_no_evidence_against_themselves():
     assert relief_of_drag(6.0) > 4.0
 
 
-def test_nothing_is_named_where_nothing_is_missing():
+def test_nothing_is_named_that_is_not_there_or_not_in_the_runs_held_out():
     found = searched(record())
     assert names(found) == []
     assert all(odds_of(one, sum(found.problem.tried.values())) < 1.0 for one in found.single)
-
-
-def test_what_the_runs_held_out_do_not_have_is_not_named():
     assert names(searched(record([SPRING], SOFT, only="identify"))) == []
 
 
@@ -305,7 +302,7 @@ def test_of_all_hypotheses_together_one_is_as_likely_as_nothing():
     assert odds_of(answer([9.0]), 150.0) - odds_of(rare, 150.0) == pytest.approx(np.log(100.0))
 
 
-def test_what_acts_on_the_whole_arm_is_seen_by_more_than_one_joint():
+def test_what_acts_on_all_joints_is_seen_by_several_and_lacking_on_none():
     alone, both = (
         answer([60.0, 1.0, 0.5], joints=(), rows=(0, 1, 2)),
         answer([30.0, 30.0, 1.0], joints=(), rows=(0, 1, 2)),
@@ -314,24 +311,18 @@ def test_what_acts_on_the_whole_arm_is_seen_by_more_than_one_joint():
     assert judged([alone], 10.0) is None
     assert judged([both], 10.0) is not None
     assert judged([answer([60.0, 1.0, 0.5], joints=(0,))], 10.0) is not None
-
-
-def test_what_acts_on_every_joint_may_be_lacking_on_none():
     common = {"joints": (), "rows": (0, 1, 2), "everywhere": True}
     assert judged([answer([30.0, 30.0, 3.0], **common)], 10.0) is not None
     assert judged([answer([30.0, 30.0, -3.0], **common)], 10.0) is None
 
 
-def test_runs_held_out_judge_and_have_no_part_in_the_odds():
+def test_runs_held_out_contradict_beyond_the_scatter_of_coefficients():
     one = answer([60.0], held_out=4)
     against = replace(one, gains=np.where(one.fitted[:, None], one.gains, -1.0))
     assert against.held_out == pytest.approx(-4.0)
     assert odds_of(against, 10.0) == pytest.approx(odds_of(one, 10.0))
     assert contradicted(against)
     assert not contradicted(one)
-
-
-def test_scatter_of_many_coefficients_contradicts_nothing():
     one = answer([60.0], held_out=BLOCKS // 4)
     shares = np.where(one.fitted, 60.0, -1.0 / (BLOCKS // 4))[:, None]
     one = replace(one, gains=shares)
@@ -359,7 +350,7 @@ def test_what_a_few_blocks_show_alone_is_not_credible():
     assert judged([alone], 10.0) is None
 
 
-def test_a_shape_costs_how_much_better_it_is_than_a_shape_taken_blindly():
+def test_a_shape_costs_gain_and_odds_what_a_shape_taken_blindly_would():
     gains = [20.0, 12.0, 3.0, -5.0]
     shapes = [answer([gain], shape={"speed": float(k)}) for k, gain in enumerate(gains)]
     [best] = _by_hypothesis(shapes)
@@ -368,9 +359,6 @@ def test_a_shape_costs_how_much_better_it_is_than_a_shape_taken_blindly():
     # Shapes that predict alike cost nothing.
     [any_of_them] = _by_hypothesis([answer([20.0])] * 4)
     assert any_of_them.gain == pytest.approx(20.0)
-
-
-def test_choosing_a_shape_costs_the_odds_by_scatter_too():
     best = answer([20.0], shape={"speed": 0.0})
     other = replace(answer([3.0], shape={"speed": 1.0}), along=np.tile([10.0, -10.0], BLOCKS // 2))
     [chosen] = _by_hypothesis([best, other])

@@ -265,14 +265,11 @@ def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
     assert row["left_out"] == {"preload": {"beside": "mu3", "effect": ""}}
 
 
-def test_without_any_number_that_is_determined_the_effect_and_its_torque_are_given():
+def test_what_is_not_determined_is_not_given():
     missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
     first, second, *_ = verdict(diagnosis(collinear(left_out=missing)))
     assert first.startswith("Joint 3 has load-dependent friction; over the size of the load,")
     assert "mu3 is not given because these runs cannot separate it from Fc3 of Coulomb friction" in second
-
-
-def test_torque_over_the_first_point_is_called_so_and_what_is_not_known_either_is_not_given():
     first = verdict(diagnosis(collinear(size=replace(LOADED, change=True))))[0]
     assert first.count("; relative to that at a size of the load of 0 N m") == 1
     unknown = replace(LOADED, points=(Point("largest", 1.1, 0.29, 0.2),))
@@ -304,11 +301,13 @@ def test_numbers_have_the_digits_of_their_interval(value, std, message):
     assert with_interval(value, std) == message
 
 
-def test_numbers_change_unit_sign_and_word():
+def test_numbers_change_unit_sign_and_word_and_joints_have_names():
     zero = Formatted(-0.0125, 0.0005, "rad")
     assert f"{zero:size mrad}" == "12.5 ± 1.0 mrad"
     assert f"{zero:beyond|short of}" == "short of"
     assert f"{Formatted(0.1, np.nan, '1'):%}" == "10 %"
+    assert sentence(finding(), ("a1", "a2", "elbow")).startswith("Joint 3 (elbow) has")
+    assert sentence(finding(), ("a1", "a2", "joint_a3")).startswith("Joint 3 has")
 
 
 def test_a_body_of_unknown_mass_is_reported_by_its_moments():
@@ -318,11 +317,6 @@ def test_a_body_of_unknown_mass_is_reported_by_its_moments():
         (Quantity(4.0, 0.1, "kg"), "center of mass at (100, 0, 300) mm"),
     ):
         assert said in sentence(finding("payload", (), parameters=numbers | {"M": mass}), JOINTS)
-
-
-def test_joints_are_numbers_with_names_where_those_state_more():
-    assert sentence(finding(), ("a1", "a2", "elbow")).startswith("Joint 3 (elbow) has")
-    assert sentence(finding(), ("a1", "a2", "joint_a3")).startswith("Joint 3 has")
 
 
 def test_multiples_of_noise_are_reported_only_where_it_was_measured():
@@ -346,13 +340,10 @@ def test_the_verdict_comes_first_and_the_budget_adds_up_to_a_hundred():
     assert table["before_rms"] == [2.0] * 3
 
 
-def test_whole_per_cents_add_up():
+def test_the_budget_is_whole_per_cents_with_small_kinds_in_one_line():
     shares = np.array([[1 / 3], [1 / 3], [1 / 3]])
     assert sorted(percents(shares)[:, 0]) == [33, 33, 34]
     assert list(percents(np.array([[0.004], [0.996]]))[:, 0]) == [0, 100]
-
-
-def test_small_kinds_are_one_line():
     page = summary(diagnosis(budget=budget(load=(0.004,) * 3, time=(0.002,) * 3, position=(0.0, 0.0, 0.2))))
     assert "other kinds, less than 1 % each" in page
     assert "depends on load" not in page

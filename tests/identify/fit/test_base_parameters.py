@@ -150,8 +150,8 @@ def test_a_tilted_base_reveals_more():
     assert tilted_base.names == ["ZZ1R", "MX1R", "MY1", "ZZ2", "MX2", "MY2"]
 
 
-def test_a_telescope_shows_mass():
-    """Vertical slide: its torque is (M) (a + g), and nothing else of it is seen."""
+def test_slides_show_mass_and_load_dependent_friction_is_its_own():
+    # Vertical slide: its torque is (M) (a + g), and nothing else of it is seen.
     model = pin.Model()
     model.appendBodyToJoint(
         model.addJoint(0, pin.JointModelPZ(), pin.SE3.Identity(), "lift"),
@@ -161,6 +161,9 @@ def test_a_telescope_shows_mass():
     base = base_parameters(Model(Robot("lift", model), (RigidBody(),)))
     assert base.names == ["M1"]
     assert len(base.without_effect) == 9
+    model = Model(six_axis(), (RigidBody(), CoulombFriction(), LoadDependentFriction()))
+    names = base_parameters(model).names
+    assert [p.name for p in LoadDependentFriction().parameters(model.robot) if p.name not in names] == []
 
 
 @pytest.mark.parametrize("payloads", [("",), ("", "L"), ("L",)])
@@ -170,12 +173,6 @@ def test_payload_is_distinguished_only_by_runs_with_and_without(payloads):
     names = base_parameters(model, payloads).names
     seen = [name for name in names if name.rstrip("R").endswith("L")]
     assert len(seen) == {("",): 0, ("", "L"): 9, ("L",): 0}[payloads]
-
-
-def test_load_dependent_friction_is_no_combination_of_the_others():
-    model = Model(six_axis(), (RigidBody(), CoulombFriction(), LoadDependentFriction()))
-    names = base_parameters(model).names
-    assert [p.name for p in LoadDependentFriction().parameters(model.robot) if p.name not in names] == []
 
 
 def test_order_of_preference_decides_what_is_regrouped():

@@ -143,7 +143,7 @@ def test_weight_is_zero_exactly_around_standstill(run):
             np.testing.assert_array_equal(weight[row], near.all(axis=0))
 
 
-def test_commanded_motion_is_as_warm_and_as_loaded_as_the_measured_one():
+def test_commands_are_as_warm_and_loaded_as_the_motion_or_there_are_none(base):
     recording = record(KnownPayload("L", MASS))
     position = recording.signals["position"]
     warm = Signal(position.time, np.linspace(20.0, 40.0, len(position))[:, None] * [1.0, 1.1])
@@ -151,9 +151,6 @@ def test_commanded_motion_is_as_warm_and_as_loaded_as_the_measured_one():
     assert np.ptp(run.motion.temperature, axis=0).min() > 10.0
     np.testing.assert_array_equal(run.commanded.temperature, run.motion.temperature)
     assert run.commanded.payload == run.motion.payload == "L"
-
-
-def test_without_command_there_is_none(base):
     recording = record()
     signals = {k: v for k, v in recording.signals.items() if k != "command"}
     runs = [prepare(record(seed=1), FILTERS), prepare(replace(recording, signals=signals), FILTERS)]

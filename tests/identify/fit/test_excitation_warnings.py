@@ -62,9 +62,6 @@ def test_what_is_far_from_zero_by_its_prior_is_not_dropped():
     assert unsupported(estimate) == [0, 1]
     assert unsupported(estimate, held=[0]) == [1]
     assert unsupported(estimate, held=[0, 1, 2]) == []
-
-
-def test_priors_two_deviations_from_zero_count_as_far():
     stated = {"Fv1": Prior(2.1, 1.0), "Fv2": Prior(1.9, 1.0), "Fc1": Prior(-2.1, 1.0), "Fc2": Prior(9.0)}
     model = replace(two_joints.model(), stated=stated)
     base = base_parameters(model)

@@ -102,14 +102,8 @@ def test_noise_explained_by_noise_is_no_explanation():
     first = verdict(with_agreement(0.51))[0]
     assert "The residual of 1 of 2 joints is at the noise floor" in first
     assert "Not distinguished from noise on shoulder (1.0 x noise): the motion moves it too little" in first
-
-
-def test_one_run_that_distinguishes_a_joint_from_noise_is_enough():
     both = (*with_agreement(0.51).validation, *with_agreement(0.2).validation)
     assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == ["at the noise floor"] * 2
-
-
-def test_a_guessed_noise_floor_is_called_a_guess():
     guess = "The noise floor is a guess from high frequencies, a lower bound"
     assert any(line.startswith(guess) for line in verdict(with_agreement(0.2, "high frequencies")))
     assert not any(line.startswith(guess) for line in verdict(with_agreement(0.2)))
@@ -160,15 +154,12 @@ def test_a_negative_friction_is_impossible(deviations, warned):
     assert all("try --estimator consistent" in d for d in warnings)
 
 
-def test_drag_and_dry_friction_negative_on_one_joint_point_to_its_sign():
+def test_friction_below_zero_points_to_signs_and_regrouped_values_may_be_negative():
     values = np.array(fit().estimate.values)
     for name in ("Fc2", "Fv2"):
         values[fit().names.index(name)] = -100 * fit().estimate.std[fit().names.index(name)]
     [warning] = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
     assert warning.startswith("Fv2, Fc2 of elbow are negative: its torque has the wrong sign")
-
-
-def test_what_is_regrouped_or_has_no_minimum_may_be_negative():
     values = -1e3 * np.abs(fit().estimate.values)
     warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
     named = {

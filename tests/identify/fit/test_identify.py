@@ -106,13 +106,10 @@ def test_a_payload_that_only_validation_carries_gives_a_warning(fit, runs):
     assert unknown_payload.validation[0].over_noise.max() > 5
 
 
-def test_value_by_name_with_and_without_the_r(fit):
+def test_values_by_name_and_nominal_values(fit):
     assert fit.value("MX1R") == fit.value("MX1")
     with pytest.raises(KeyError, match="no base parameter 'XX9'.*MX1R"):
         fit.value("XX9")
-
-
-def test_nominal_base_values_and_their_deviation(fit):
     mean, deviation = fit.prior
     inertial = np.array([name[:2] not in ("Fv", "Fc", "Of") for name in fit.names])
     np.testing.assert_allclose(mean[inertial], truth(fit)[inertial], rtol=1e-9)

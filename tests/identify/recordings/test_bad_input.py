@@ -116,27 +116,21 @@ def test_a_constant_current_is_refused_with_the_joint(folder, capsys):
     assert "elbow is constant at 0.25" in text
 
 
-def test_a_motion_too_poor_is_refused(folder, capsys):
+def test_a_motion_too_poor_is_refused_or_warned_of(folder, capsys):
     position = RUN.signals["position"]
     still = Signal(position.time, position.values * [0.0, 1.0])
     [path] = write(folder, replace(RUN, signals={**RUN.signals, "position": still}))
     text = refused(["identify", path], capsys)
     assert "shoulder" in text or "joint 1" in text
-
-
-def test_a_joint_that_hardly_moves_gives_a_warning(folder, capsys):
     [path] = write(folder, run("nearly", reach=(1.0, 0.01)))
     assert main(["identify", path]) == 0
     assert "- elbow moves by only" in capsys.readouterr().out
 
 
-def test_gains_without_a_known_payload_are_refused(folder, capsys):
+def test_gains_need_a_payload_of_known_mass(folder, capsys):
     [path] = write(folder, RUN)
     text = refused(["identify", path, "--estimator", "ml"], capsys)
     assert "give --payload RUN --mass KG" in text
-
-
-def test_a_payload_run_without_mass_needs_drive_gains(folder, capsys):
     unknown = replace(RUN.robot, drive_gain=np.ones(2))
     runs = [replace(run, model=replace(run.model, robot=unknown)) for run in (RUN, loaded())]
     empty, full = write(folder, *runs)
@@ -147,18 +141,19 @@ def test_a_payload_run_without_mass_needs_drive_gains(folder, capsys):
     assert "com given without --mass" in text
     [silent] = write(folder, replace(runs[1], payload=KnownPayload("L")))
     assert "Add --mass KG" in refused(["identify", empty, "--payload", silent], capsys)
-
-
-def test_a_payload_without_mass_is_identified_where_gains_are_known(folder, capsys):
     empty, full = write(folder, RUN, loaded())
     assert main(["identify", empty, "--payload", full]) == 0
     assert "payload L" in capsys.readouterr().out
 
 
-def test_two_robots_are_refused(folder, capsys):
+def test_what_does_not_exist_or_is_another_robot_is_named(folder, capsys):
     paths = write(folder, RUN, of_another_arm(run("far")))
     assert "run was recorded on two joints" in refused(["identify", *paths], capsys)
     assert "with --robot" in refused(["identify", paths[0], "--validate", paths[1]], capsys)
+    assert f"nothing.mcap does not exist; looked in {Path.cwd()}" in refused(
+        ["identify", "nothing.mcap"], capsys
+    )
+    assert "Built-in robots: cobot, kr270" in refused(["identify", "run.mcap", "--robot", "ur5"], capsys)
 
 
 def test_a_truncated_recording_is_read_with_a_warning(folder, capsys):
@@ -170,13 +165,6 @@ def test_a_truncated_recording_is_read_with_a_warning(folder, capsys):
     assert "run: file ends abruptly: the run is known up to" in printed
     assert main(["info", path]) == 0
     assert "warning: file ends abruptly" in capsys.readouterr().out
-
-
-def test_what_does_not_exist_is_named(folder, capsys):
-    assert f"nothing.mcap does not exist; looked in {Path.cwd()}" in refused(
-        ["identify", "nothing.mcap"], capsys
-    )
-    assert "Built-in robots: cobot, kr270" in refused(["identify", "run.mcap", "--robot", "ur5"], capsys)
 
 
 def test_an_output_with_the_ending_of_a_recording_is_a_file(folder, capsys):

@@ -57,16 +57,13 @@ def test_degrees_and_motor_side_become_the_joint(tmp_path):
     np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-12)
 
 
-def test_irregular_stamps_stay_and_begin_at_zero(tmp_path):
+def test_rows_are_skipped_and_stamps_begin_at_zero(tmp_path):
     time = 1_000.0 + TIME + np.random.default_rng(0).uniform(0, 0.001, len(TIME))
     position = 0.5 * np.sin(np.outer(time, [3.0, 4.0]))
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", position, noise(), time=time)
     [found] = import_source(path, model())
     np.testing.assert_allclose(found.signals["position"].time, time - time[0], atol=1e-9)
     assert float(found.settings["first_time_stamp_s"]) == time[0]
-
-
-def test_rows_before_the_recorder_settled_can_be_skipped(tmp_path):
     time = TIME.copy()
     time[0] = 3000.0
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise(), time=time)
@@ -76,11 +73,18 @@ def test_rows_before_the_recorder_settled_can_be_skipped(tmp_path):
     assert len(found.signals["position"]) == len(TIME) - 1
 
 
-def test_joints_without_a_second_encoder_are_silent(tmp_path):
+def test_samples_and_joints_that_are_silent_stay_silent(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,ql1", motion(), noise(), motion()[:, 0])
     [found] = import_source(path, model())
     assert np.array_equal(found.signals["link_position"].values[:, 0], motion()[:, 0])
     assert np.isnan(found.signals["link_position"].values[:, 1]).all()
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
+    lines = path.read_text().splitlines()
+    lines[2:] = [",".join(line.split(",")[:5]) + ",," for line in lines[2:]]
+    path.write_text("\n".join(lines))
+    [found] = import_source(path, model())
+    assert len(found.signals["temperature"]) == 1
+    assert np.array_equal(found.signals["position"].values, motion())
 
 
 @pytest.mark.parametrize(
@@ -143,16 +147,6 @@ def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
     assert np.array_equal(found.signals["current"].values, noise())
     with pytest.raises(WrongShape, match="line 2: 'running' in column 'state' is not a number"):
         import_source(path, model(), columns={"time": "state"})
-
-
-def test_samples_that_a_controller_left_empty_are_silent(tmp_path):
-    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
-    lines = path.read_text().splitlines()
-    lines[2:] = [",".join(line.split(",")[:5]) + ",," for line in lines[2:]]
-    path.write_text("\n".join(lines))
-    [found] = import_source(path, model())
-    assert len(found.signals["temperature"]) == 1
-    assert np.array_equal(found.signals["position"].values, motion())
 
 
 def test_a_table_cut_off_in_the_middle_of_its_compression(tmp_path):

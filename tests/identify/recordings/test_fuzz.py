@@ -67,16 +67,13 @@ def test_counts_and_columns_of_a_trace_are_whole_numbers(code, value, tmp_path):
         import_source(tmp_path / "trace", two_joints.model())
 
 
-def test_a_message_is_one_line_of_bounded_length():
+def test_messages_are_one_line_and_lists_show_what_is_most_alike():
     for kind in (ExidynError, BadSettings):
         text = str(kind(f"robot.toml: expected a number;\n found {'9' * 5000}\x1b[31m. Give one"))
         assert len(text) <= fuzz.LONGEST - len(fuzz.COMMAND)
         assert text.startswith("robot.toml: expected a number; found 999")
         assert text.endswith("\\x1b[31m. Give one")
     assert str(ExidynError("short")) == "short"
-
-
-def test_a_long_list_shows_what_is_most_alike():
     names = [f"parameter_{k}" for k in range(100)]
     text = listed(names, "parameter_77")
     assert text.startswith("parameter_77, ")

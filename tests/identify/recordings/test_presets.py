@@ -135,9 +135,6 @@ def test_a_log_without_time_has_a_rate(tmp_path):
     (tmp_path / "preset.toml").write_text("rate = 250")
     [found] = import_source(tmp_path / "run.npz", model())
     np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-9)
-
-
-def test_a_rate_may_be_stated_with_the_import(tmp_path):
     np.savez(tmp_path / "run.npz", q=motion(), tau=noise())
     [found] = import_source(tmp_path / "run.npz", model(), rate=250)
     np.testing.assert_allclose(found.signals["torque"].time, TIME, atol=1e-9)
