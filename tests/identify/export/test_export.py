@@ -179,13 +179,20 @@ def test_urdf_reports_what_it_lacks():
     assert "viscous" not in missing
 
 
-def test_a_robot_file_is_the_whole_model(robot):
+def test_a_robot_file_or_json_is_the_whole_model(robot):
     model = full(robot, StribeckFriction())
     motion = random_motion(robot)
     portable = Portable.of(model)
     back = parse_model(FORMATS["toml"].text(portable))
     np.testing.assert_allclose(torque_of(back, motion), torque_of(model, motion), rtol=1e-9, atol=1e-9)
     assert FORMATS["toml"].leaves_out(portable) == FORMATS["json"].leaves_out(portable) == []
+    model = full(robot, StribeckFriction(joints=None))
+    motion = random_motion(robot)
+    table = json.loads(FORMATS["json"].text(Portable.of(model)))
+    np.testing.assert_allclose(
+        torque_of(rebuilt(table), motion), torque_of(model, motion), rtol=1e-9, atol=1e-9
+    )
+    assert table["joints"][0]["limits"]["torque"] is None
 
 
 def rebuilt(table):
@@ -209,16 +216,6 @@ def rebuilt(table):
     return known(
         model, np.array([values.get(n, v) for n, v in zip(model.names, model.nominal_values, strict=True)])
     )
-
-
-def test_json_is_enough_to_build_the_model_from(robot):
-    model = full(robot, StribeckFriction(joints=None))
-    motion = random_motion(robot)
-    table = json.loads(FORMATS["json"].text(Portable.of(model)))
-    np.testing.assert_allclose(
-        torque_of(rebuilt(table), motion), torque_of(model, motion), rtol=1e-9, atol=1e-9
-    )
-    assert table["joints"][0]["limits"]["torque"] is None
 
 
 @pytest.mark.parametrize("form", ["mjcf", "urdf"])

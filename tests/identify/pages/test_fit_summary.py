@@ -49,33 +49,21 @@ def test_numbers_have_four_significant_digits(value, text):
     assert digits(value) == text
 
 
-def test_what_rounds_to_zero_has_no_sign():
+def test_numbers_and_texts_stand_on_the_page():
     assert [fixed(value, 2) for value in (-0.004, -0.006, 0.0, np.inf)] == ["0.00", "-0.01", "0.00", "inf"]
-
-
-def test_numbers_stand_with_their_points_below_each_other():
     texts = at_point([digits(v) for v in (50400.0, -1.5, 0.0123)])
     wide = [text.rjust(20) for text in texts]
     assert wide[1].index(".") == wide[2].index(".") == len(wide[0].rstrip())
-
-
-def test_a_table_aligns_names_left_and_numbers_right():
     assert table(["a", "bb"], [["one", "1"], ["heading"], ["x", "22"]]) == [
         "a    bb",
         "one   1",
         "heading",
         "x    22",
     ]
-
-
-def test_paragraphs_stay_on_the_page():
     lines = paragraph("word " * 100, "    ", "- ")
     assert max(map(len, lines)) <= WIDTH
     assert lines[0].startswith("- word")
     assert all(line.startswith("    word") for line in lines[1:])
-
-
-def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
     for each in (fit(), plain_fit()):
         lines = summary(each).splitlines()
         assert max(map(len, lines)) <= WIDTH
@@ -97,7 +85,7 @@ def test_the_head_reports_what_was_done():
     assert f"{digits(fit().filtering.torque_cutoff)} Hz" in " ".join(" ".join(filters).split())
 
 
-def test_gains_are_printed_with_interval_and_prior():
+def test_gains_are_printed_with_interval_and_prior_or_what_they_need():
     name, gain, half, unit, _, nominal, tolerance, off = row(section(summary(fit()), "Drive gains"), "elbow")
     assert (name, unit) == ("elbow", "N")
     assert float(gain) == pytest.approx(fit().estimate.gain[1], rel=1e-3)
@@ -107,9 +95,6 @@ def test_gains_are_printed_with_interval_and_prior():
         1.96 * 27.5 * fit().model.robot.drive_gain_tolerance[1], rel=0.05
     )
     assert float(off) == pytest.approx(100 * (fit().estimate.gain[1] / 27.5 - 1), rel=0.05)
-
-
-def test_gains_that_were_not_identified_state_what_they_need():
     lines = section(summary(plain_fit()), "Drive gains")
     assert "record motor currents and a run with a known payload" in " ".join(lines)
     assert float(row(lines, "shoulder")[1]) == pytest.approx(plain_fit().estimate.gain[0], rel=1e-4)

@@ -135,7 +135,7 @@ def test_a_column_that_was_not_measured_spoils_no_other():
     assert np.isnan(out[:, 1]).all()
 
 
-def test_irregular_stamps_are_brought_onto_an_even_axis():
+def test_irregular_stamps_and_another_rate_are_resampled():
     random = np.random.default_rng(4)
     stamps = np.cumsum(random.uniform(0.001, 0.003, 2000))
     even, values = uniform(stamps, np.sin(2 * np.pi * stamps)[:, None], RATE)
@@ -143,9 +143,6 @@ def test_irregular_stamps_are_brought_onto_an_even_axis():
     assert even[0] == stamps[0]
     assert stamps[-1] - 1 / RATE < even[-1] <= stamps[-1] + 1e-9
     np.testing.assert_allclose(values[:, 0], np.sin(2 * np.pi * even), atol=1e-8)
-
-
-def test_another_rate_resamples():
     time = np.arange(1001) / 1000.0
     even, values = uniform(time, np.cos(6 * time)[:, None], 250.0)
     assert len(even) == 251

@@ -45,9 +45,6 @@ def test_frames_follow_khalils_formula():
         angle, along = row["theta_offset"] + (0 if slides else q), row["r"] + (q if slides else 0)
         expected = expected @ turn_x(row["alpha"]) @ shift(row["d"], 0) @ turn_z(angle) @ shift(0, along)
         np.testing.assert_allclose(placement.homogeneous, expected, atol=1e-14)
-
-
-def test_standard_parameters_are_about_the_link_frame():
     inertia = mdh_kinematics(ROWS, "arm").model.inertias[2]
     m, mx, my, mz, xx, xy, yy, xz, yz, zz = inertia.toDynamicParameters()
     found = dict(zip(INERTIAL, (xx, xy, xz, yy, yz, zz, mx, my, mz, m), strict=True))

@@ -116,19 +116,19 @@ def test_a_model_of_an_mjcf_reads_back_from_a_robot_toml(tmp_path):
     np.testing.assert_allclose(smooth_torque(again, motion), smooth_torque(model, motion), rtol=1e-12)
 
 
-def test_joints_are_held_at_a_position_or_at_their_reference(tmp_path):
+def test_joints_that_do_not_move_are_held(tmp_path):
     text = small()
     model = model_of(text, tmp_path, 'urdf = "arm.xml"\nheld = {two = 0.4, slide = -0.2}')
     assert model.robot.joints == ("one", "roll")
     require_same(model, text, {"two": 0.4, "slide": -0.2})
     require_same(model_of(text, tmp_path, 'mjcf = "arm.xml"\njoints = ["two"]'), text)
-
-
-def test_a_joint_that_an_equality_locks_is_held_there(tmp_path):
     text = small(tail='<equality><joint joint1="one" polycoef=".3 0 0 0 0"/></equality>')
     model = model_of(text, tmp_path)
     assert model.robot.joints == ("two", "slide", "roll")
     require_same(model, text, {"one": np.radians(15) + 0.3})
+    text = small(tail=CUBE)
+    joints = 'joints = ["one", "two", "slide", "roll"]'
+    require_same(model_of(text, tmp_path, f'mjcf = "arm.xml"\n{joints}'), text)
 
 
 def test_a_fixed_tendon_couples_motors(tmp_path):
@@ -185,12 +185,6 @@ def actuator(text):
 def test_what_no_model_has_is_refused_by_name(change, message, tmp_path):
     with pytest.raises(RobotError, match=message):
         model_of(small(**change), tmp_path)
-
-
-def test_a_loose_thing_beside_the_arm_is_held(tmp_path):
-    text = small(tail=CUBE)
-    joints = 'joints = ["one", "two", "slide", "roll"]'
-    require_same(model_of(text, tmp_path, f'mjcf = "arm.xml"\n{joints}'), text)
 
 
 def test_wrong_files_and_names_are_refused(tmp_path):

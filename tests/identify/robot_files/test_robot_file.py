@@ -194,17 +194,14 @@ def test_values_and_tolerances_become_priors():
     assert "Fv1" not in stated
 
 
-def test_rigid_body_is_implied():
-    assert parse_model(TWO).effects == (RigidBody(),)
-    assert parse_model("rigid_body = false\n" + TWO + '[[effect]]\nname = "rotor_inertia"').effects == (
-        RotorInertia(),
-    )
-
-
 def test_degrees_are_turned_to_radians_and_metres_left_alone():
     limits = parse_model(TWO + "[limits]\ndegrees = true\nvelocity = [180.0, 0.9]\ntorque = 7").robot.limits
     np.testing.assert_array_equal(limits.velocity, [np.pi, 0.9])
     np.testing.assert_array_equal(limits.torque, [7, 7])
+    assert parse_model(TWO).effects == (RigidBody(),)
+    assert parse_model("rigid_body = false\n" + TWO + '[[effect]]\nname = "rotor_inertia"').effects == (
+        RotorInertia(),
+    )
 
 
 def test_rotors_of_an_mdh_table_become_an_effect():
@@ -357,15 +354,12 @@ def test_files_that_are_no_text(tmp_path):
         read_model(tmp_path)
 
 
-def test_every_key_is_documented():
+def test_every_key_is_documented_and_the_example_is_read(tmp_path):
     text = DOCUMENT.read_text()
     keys = {*MDH_KEYS, *EFFECT_KEYS, *(key for table in KEYS.values() for key in table)}
     keys |= {f.name for kind in MEASUREMENTS.values() for f in fields(kind)} | set(MEASUREMENTS)
     keys |= {name for effect in EFFECTS.values() for name in map(key_of, fields(effect))} | set(EFFECTS)
     assert not sorted(key for key in keys if f"`{key}`" not in text)
-
-
-def test_the_example_of_the_document_is_read(tmp_path):
     (tmp_path / "my_arm.urdf").write_text(urdf_text(MODELS["cobot"]))
     model = parse_model(DOCUMENT.read_text().split("```")[1].removeprefix("toml"), tmp_path)
     assert model.robot.drive_gain[2] == 11.0
