@@ -5,7 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.diagnosis import Diagnosis
-from exidyn.identification.diagnosis.diagnose import Diagnosed, diagnosed
+from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.improved.forward import Forward, forward
 from exidyn.identification.diagnosis.refit import refit
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
@@ -87,7 +87,7 @@ def _read_and_do(folder: Path | None, output: Path, args: Namespace) -> None:
     """Diagnose a case folder, or the runs of the command line if there is none."""
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", f"read {folder or 'the recordings'}"))
-        diagnose_case(read_case(folder) if folder else recorded_case(args), output, args, progress)
+        _diagnose_case(read_case(folder) if folder else recorded_case(args), output, args, progress)
 
 
 def _require_no_runs(args: Namespace) -> None:
@@ -108,20 +108,18 @@ def _try(folder: Path, output: Path, args: Namespace) -> bool:
     return True
 
 
-def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> Diagnosed:
+def _diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> None:
     """Diagnose one case, print and write the results."""
     progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
     filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
-    result = diagnosed(
+    diagnosis = diagnose(
         case.model,
         case.runs,
         case.name,
         filtering=filtering,
         as_recorded=args.as_recorded,
         progress=progress,
-        before=case.before,
     )
-    diagnosis = result.diagnosis
     if args.answer:
         add_answer(diagnosis, args.answer)
     simulated = None if args.quick else _simulated(diagnosis, case, progress)
@@ -131,7 +129,6 @@ def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch
     shown = Shown.of(diagnosis, str(output), simulated)
     hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.diagnosis, str(output))), args.json)
     print_written(*written)
-    return result
 
 
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:

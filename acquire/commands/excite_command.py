@@ -125,7 +125,6 @@ LIMITS = (
     NO_COLLISION,
     PACKAGES,
 )
-"""Options that exidyn study has as well."""
 
 
 @Command(
@@ -215,7 +214,7 @@ def _require_together(args: Namespace) -> None:
 
 def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
     """Motions, and sentences on how well they distinguish two models."""
-    wishes = wishes_of(args, model, progress)
+    wishes = _wishes(args, model, progress)
     if args.kind != OPTIMIZED:
         progress(StageText("make", f"make {args.kind}"))
         joints = [model.robot.index(joint) for joint in args.joints or ()]
@@ -283,7 +282,7 @@ def _against(
     return plans, lines
 
 
-def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
+def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
     start = joint_values(args.start, model.robot.dof, "--start")
