@@ -4,7 +4,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.diagnosis import Diagnosis
-from exidyn.identification.diagnosis.diagnose import Diagnosed, diagnosed
+from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.improved.forward import Forward, forward
 from exidyn.identification.diagnosis.refit import refit
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
@@ -58,23 +58,21 @@ def diagnose_command(args: Namespace) -> None:
     make_folder(args.output)
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", "read the recordings"))
-        diagnose_case(recorded_case(args), args.output, args, progress)
+        _diagnose_case(recorded_case(args), args.output, args, progress)
 
 
-def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> Diagnosed:
+def _diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> None:
     """Diagnose a robot, print and write the results."""
     progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
     filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
-    result = diagnosed(
+    diagnosis = diagnose(
         case.model,
         case.runs,
         case.name,
         filtering=filtering,
         as_recorded=args.as_recorded,
         progress=progress,
-        before=case.before,
     )
-    diagnosis = result.diagnosis
     simulated = None if args.quick else _simulated(diagnosis, case, progress)
     fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
     written = write_diagnosis(diagnosis, simulated, fit, output)
@@ -82,7 +80,6 @@ def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch
     shown = Shown.of(diagnosis, str(output), simulated)
     hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.diagnosis, str(output))), args.json)
     print_written(*written)
-    return result
 
 
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
