@@ -21,7 +21,6 @@ import numpy as np
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
-from ..dynamics.standstill import standstill
 from ..dynamics.traced import writable
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, WrongShape
@@ -93,7 +92,7 @@ class Feedforward:
         values = np.zeros(len(model.names))
         values[fit.base.kept] = fit.estimate.values
         dynamics = writable(Dynamics.of(model, values, payload))
-        band = np.zeros(robot.dof) + (standstill(fit.standstill, robot) if band is None else band)
+        band = np.zeros(robot.dof) + (fit.standstill if band is None else band)
         if not np.all(band > 0.0):
             raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
         return cls(

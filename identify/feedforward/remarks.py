@@ -30,5 +30,3 @@ def remarks(fit: Fit, dynamics: Dynamics) -> Iterator[str]:
         yield "friction depends on temperature: give the temperature of each joint [degC]"
     if robot.passive:
         yield f"joints without a motor: {', '.join(robot.passive)}; their torque cannot be applied"
-    if fit.standstill is None:
-        yield "the fit states no speed below which joints stood; the band is 1 % of the velocity limits"
