@@ -37,7 +37,6 @@ else:
         """Any number; null in a file is NaN."""
 
 
-Positive = Annotated[float, Meta(gt=0.0, le=LARGEST)]
 Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
 """A number of at least zero, such as a standard deviation or a root mean square."""
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]

@@ -5,9 +5,6 @@ from pathlib import Path
 from exidyn.acquire.files.given_runs import read_arm
 from exidyn.acquire.files.report_files import find_files
 from exidyn.acquire.files.report_material import read_material
-from exidyn.acquire.fleet.analysis import learned_of
-from exidyn.acquire.fleet.store import Store
-from exidyn.acquire.fleet.work import last_runs, left_out, not_whole, report_path
 from exidyn.acquire.study.choice_file import shapes_in
 from exidyn.acquire.study.loop import Study
 from exidyn.acquire.study.rounds import next_round, rounds
@@ -22,7 +19,6 @@ from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.pages.fit_document import summary
 from exidyn.identification.pages.report_document import joined_html
 
-from ..runs.kept_files import ARM
 from ..small import two_joints
 
 JOINTS, CYCLE = 6, 0.002
@@ -41,17 +37,6 @@ def report(path: Path) -> None:
     joined_html(read_material(find_files([path]), [], None, lambda _: None))
     if path.name == "fit.json":
         summary(read_fit(path))
-
-
-def compare(folder: Path) -> None:
-    """As `exidyn fleet` does with a store, without its recordings."""
-    store = Store(folder)
-    list(left_out(store)), list(not_whole(store)), store.changes(ARM)
-    for row in last_runs(store).values():
-        report_path(store, row)
-        (Path("recordings") / row.file).resolve().as_uri()
-    for key in store.kinds():
-        learned_of(store, key)
 
 
 def notebook_of(folder: Path) -> None:
