@@ -6,8 +6,8 @@ joint's torque over the largest torque, in random motion, without dry friction, 
 concealed: 24 real arms are plain MuJoCo, with physics of the benchmark's own that their files lack or state
 wrongly. exidyn is given two motions, and a third judges: `gap_left_*` are medians of the tool point's error
 after 2 s over that of the original file. `named_percent` is the share of concealed items that are named on
-their joint, `false` the count of others; `changed_for_nothing` counts attributes that are changed in three arms
-with nothing concealed.
+their joint, `false` the count of others; `changed_for_nothing` counts attributes that are changed in the
+arms with nothing concealed.
 
 gears: an arm of two joints of which one has an elastic gear or play: the largest relative error of what is
 written, and the error of that joint that it leaves.
