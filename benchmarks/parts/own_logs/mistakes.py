@@ -31,7 +31,7 @@ from .arms import (
 Step = tuple[str, ...]
 """Words of one command; {folder}, {log}, {arm} and {robot} in them stand for paths."""
 INIT: Step = tuple(
-    "init {log} --urdf {arm} -o {folder}/init/robot.toml --preset {folder}/init/preset.toml "
+    "init {log} --robot {arm} -o {folder}/init/robot.toml --preset {folder}/init/preset.toml "
     "--json {folder}/init/init.json".split()
 )
 IMPORT: Step = tuple("import {log} --robot {robot} -o {folder}/run.mcap".split())
