@@ -164,7 +164,7 @@ int main() {{
     np.testing.assert_allclose(output, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
 
 
-def test_an_effect_without_a_form_is_named_in_the_files():
+def test_an_effect_without_a_form_is_left_out_and_named():
     fit = small_fit.fit()
     hysteresis = default("hysteresis")
     arm = fit.model + hysteresis
@@ -175,9 +175,6 @@ def test_an_effect_without_a_form_is_named_in_the_files():
     text = replace(fit.feedforward(), remarks=(sentence,))
     for written in (text.python(), text.cpp()):
         assert "hysteresis: up to" in written
-
-
-def test_an_effect_whose_formula_compares_is_left_out():
     effect = default("viscous_friction")
 
     class Stepped(type(effect)):
