@@ -121,6 +121,7 @@ STICKING = {
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_gains_that_dry_friction_hides_come_from_simulations():
     text = ARM
     for old, new in STICKING.items():

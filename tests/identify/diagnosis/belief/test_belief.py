@@ -94,10 +94,8 @@ def test_what_gives_the_same_torque_is_a_rival_whatever_the_blocks_say():
 
 
 def test_what_one_run_shows_is_no_proof_before_another_one_repeats_it():
-    model, values = small_diagnosis.nominal_model(), {"Ks2": small_diagnosis.STIFFNESS}
-    runs = small_search.record((JointSpring(("elbow",)),), values, ("identify", "identify"), model)
-    for count, repeated in ((1, False), (2, True)):
-        search = small_search.searched(runs[:count], model)
+    of_one, _ = believed()
+    for search, repeated in ((of_one.search, False), (small_search.spring_search(), True)):
         assert [confirmed(search, place) for place in range(len(search.selected))] == [repeated]
 
 
@@ -111,7 +109,7 @@ def test_a_body_tests_gains_and_no_motion_without_one_does_where_masses_are_not_
 
 
 def test_masses_that_are_stated_test_gains():
-    belief, _ = believed(gain=0.03, inertias=0.01)
+    belief, _ = believed()
     assert untested(belief) == []
 
 
