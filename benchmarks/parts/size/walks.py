@@ -12,8 +12,8 @@ from typing import NamedTuple
 from .source import FOLDERS
 
 SMALL = (
-    "excite cobot --start 0 -90 0 0 0 0 --window 10 --degrees --tick 0.008 --length 5 "
-    "--search 1 -o small.toml"
+    "excite cobot --start 0 -90 0 0 0 0 --window 10 --degrees --tick 0.008 --length 5 --period 5 "
+    "--harmonics 2 --search 1 -o small.toml"
 ).split()
 """A motion of some seconds for the recording loop."""
 RECORD = "record small.toml --robot cobot --approach --no-rehearsal --yes".split()
