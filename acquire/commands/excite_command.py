@@ -146,7 +146,7 @@ SEARCHING = (
         Option("robot [ROBOT]", ROBOT_FILES),
         output_option(
             "FILE",
-            meaning=f"default: {TRAJECTORY}; with --show the page or the points, default: its name with .html or the format",
+            meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
         ),
         JSON,
         Group("goal", GOAL),

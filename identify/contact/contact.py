@@ -42,23 +42,9 @@ class Contact:
     threshold: Threshold | None
     alarms: tuple[Alarm, ...]
 
-    def save(self, path: "Path | str", recording: "Path | str") -> "Path":
-        """Write a copy of the run's recording that also has the external torques; return its path.
+    if TYPE_CHECKING:  # `exidyn.api` binds this function of the layer above
 
-        The copy has all that was recorded, unchanged, and the topics /external_torque, /contact_from and
-        /flange_force. Contacts are events.
-
-        Args:
-            path: Path of the copy (.mcap).
-            recording: Path of the recording (.mcap).
-
-        Raises:
-            NotAFile: `recording` is not a recording of exidyn.
-            RecordingError: It is another run, is damaged, or already has external torques; or `path` exists.
-        """
-        from .contact_file import write_contact
-
-        return write_contact(self, recording, path)
+        def save(self, path: Path | str, recording: Path | str) -> Path: ...
 
 
 def contact(

@@ -2,21 +2,28 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..errors import FitError
+from ..arm.motion import Motion
+from ..errors import FitError, WrongShape
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
 from ..preparation.prepare import Filtering, Prepared
+from ..quantity import Quantity
 from ..text_table import NORMAL_95
 from .agreement import Agreement, Scores, agreement, figure
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
-from .methods import FitMethods
 from .repeatability import Repeatability
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ..arm.servo_law import ServoLaw
+    from ..feedforward.feedforward import Feedforward
 
 
 class Moved(NamedTuple):
@@ -41,7 +48,7 @@ class Unclear:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit(FitMethods, InNotebook):
+class Fit(InNotebook):
     """Base parameters and drive gains of a model.
 
     Attributes:
@@ -110,6 +117,21 @@ class Fit(FitMethods, InNotebook):
     gear_friction_bias: np.ndarray | None = None
     repeatability: Repeatability | None = None
 
+    if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
+        verdict: ClassVar[str]
+        identified: ClassVar[Model]
+
+        def save(self, path: Path | str) -> Path: ...
+        def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str: ...
+        def report(self, path: Path | str) -> Path: ...
+        def feedforward(
+            self,
+            payload: str = "",
+            servo: ServoLaw | None = None,
+            band: float | np.ndarray | None = None,
+            share: float = ...,
+        ) -> "Feedforward": ...
+
     @property
     def gains_unstated(self) -> bool:
         """Whether currents were recorded and the robot description has no drive gains."""
@@ -153,8 +175,12 @@ class Fit(FitMethods, InNotebook):
             if abs(new - value) > NORMAL_95 * std
         )
 
-    def value(self, name: str) -> float:
-        """Value of one base parameter by its name, with or without the R of regrouping.
+    def __getitem__(self, name: str) -> Quantity:
+        """One base parameter by its name, with or without the R of regrouping.
+
+        Example:
+            >>> fit["Fv1"].value, fit["Fv1"].interval
+            (3.02, (2.96, 3.08))
 
         Raises:
             KeyError: There is no such parameter, or it was dropped; the message lists the valid names.
@@ -163,11 +189,55 @@ class Fit(FitMethods, InNotebook):
             raise KeyError(
                 f"the data do not support base parameter '{name}': it was dropped; drop=False keeps it"
             )
-        plain = [n.removesuffix("R") for n in self.names]
-        for candidates in (self.names, plain):
-            if name in candidates:
-                return float(self.estimate.values[candidates.index(name)])
+        for names in (self.names, [name.removesuffix("R") for name in self.names]):
+            if name in names:
+                place = names.index(name)
+                value, std = float(self.estimate.values[place]), float(self.estimate.std[place])
+                return Quantity(value, std, self.base.units[place])
         raise KeyError(f"no base parameter '{name}'. Valid: {', '.join(self.names)}")
+
+    def value(self, name: str) -> float:
+        """Value of one base parameter by its name; see `Fit[name]`."""
+        return self[name].value
+
+    @property
+    def gains(self) -> dict[str, Quantity]:
+        """Drive gain of each joint by its name [N m/A], estimated or nominal, with its standard deviation."""
+        estimate, joints = self.estimate, self.model.robot.joints
+        rows = zip(joints, estimate.gain, estimate.gain_std, strict=True)
+        return {joint: Quantity(float(value), float(std), "N m/A") for joint, value, std in rows}
+
+    def torque(
+        self,
+        q: np.ndarray,
+        dq: np.ndarray,
+        ddq: np.ndarray,
+        payload: str = "",
+        time: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Joint torque that the fit predicts for a motion, shape (t, n) [N m].
+
+        Args:
+            q: Position, shape (t, n) [rad], or (n,) for one sample.
+            dq: Velocity, same shape [rad/s].
+            ddq: Acceleration, same shape [rad/s^2].
+            payload: Name of the body on the flange; empty for none.
+            time: Time of the samples, shape (t,) [s]; only friction with memory needs it.
+
+        Raises:
+            WrongShape: The arrays have different shapes, or do not have one column per joint.
+        """
+        position, velocity, acceleration = parts = [np.atleast_2d(np.asarray(p, float)) for p in (q, dq, ddq)]
+        shape = (len(parts[0]), self.model.robot.dof)
+        if any(part.shape != shape for part in parts):
+            shapes = ", ".join(
+                f"{name} {part.shape}" for name, part in zip(("q", "dq", "ddq"), parts, strict=True)
+            )
+            raise WrongShape(f"torque: shapes are {shapes}; expected {shape} (samples, joints) for each")
+        time = np.arange(shape[0], dtype=float) if time is None else np.asarray(time, float)
+        motion = self.model.loaded(Motion.of(time, position, velocity, acceleration, payload=payload))
+        regressor = self.model.regressor(motion)[:, :, self.base.kept]
+        return np.asarray(regressor @ self.estimate.values + self.model.known_torque(motion))
 
     def __repr__(self) -> str:
         runs = counted(len(self.runs), "run")

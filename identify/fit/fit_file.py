@@ -7,7 +7,6 @@ computes the agreement again, with the same prediction.
 """
 
 import json
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -32,11 +31,15 @@ FORMAT = 1
 """Format version, increased when a reader of the previous version would misinterpret a file."""
 
 
-def write_fit(fit: Fit, path: Path | str) -> None:
-    """Write fit.json; the file appears under its name only when it is complete."""
-    part = Path(path).with_name(Path(path).name + ".part")
+def write_fit(fit: Fit, path: Path | str) -> Path:
+    """Write the fit as JSON for `ex.read_fit`; returns the path.
+
+    The file appears under its name only when it is complete.
+    """
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
     part.write_text(fit_text(fit), encoding="utf-8")
-    os.replace(part, path)
+    return part.replace(path)
 
 
 def fit_text(fit: Fit) -> str:

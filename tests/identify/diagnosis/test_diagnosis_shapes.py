@@ -37,11 +37,9 @@ def test_what_the_model_does_not_have_is_left_out(other):
 
 
 def test_a_problem_has_columns_of_the_shape():
-    [run], model = small_search.record(roles=("identify",)), small_diagnosis.nominal_model()
-    one = small_search.problem([run])
+    one = small_search.sound_problem()
     again = Problem.of(one.model, one.runs, [Shaped("joint_elasticity", (1,), "", RINGING)])
     assert len(again.candidates) == len(one.candidates) + 1
     found = [pair for pair in again.candidates if pair[0].shape.get("resonance") == RINGING["resonance"]]
     assert len(found) == 1
     assert found[0][1].values.shape[0] == len(again.rows.columns)
-    assert model.robot.dof == 2

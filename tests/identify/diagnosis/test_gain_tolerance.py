@@ -55,6 +55,7 @@ def test_without_known_masses_the_tolerance_of_the_gain_is_in_the_interval():
     assert abs(value - STIFFNESS) <= NORMAL_95 * std
 
 
+@pytest.mark.long
 def test_inertias_that_were_identified_with_the_gains_move_with_them():
     """All gains together change nothing then but the torque that the model does not have: friction's here."""
 
@@ -69,6 +70,7 @@ def test_inertias_that_were_identified_with_the_gains_move_with_them():
     assert np.all(usual(True) < 0.4 * usual(False))
 
 
+@pytest.mark.long
 def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_identified_with():
     tolerance = replace(NOMINAL, robot=replace(NOMINAL.robot, drive_gain_tolerance=np.full(2, 0.1)))
     known = identified(identify([run("a"), run("b", 1, 2)], model=tolerance, as_recorded=True))

@@ -12,19 +12,16 @@ def apart(separation):
     return separation * (1.0 - np.eye(2))
 
 
-def test_certainty_has_no_entropy_and_even_odds_have_one_bit():
+def test_entropy_of_certainty_of_even_odds_and_of_what_a_run_settles():
     assert entropy(np.array([1.0, 0.0])) == 0.0
     assert entropy(np.array([0.5, 0.5])) == pytest.approx(np.log(2.0))
+    assert expected_entropy(np.array([0.7, 0.3]), apart(1e4)) < 1e-12
 
 
 @pytest.mark.parametrize("first", [0.5, 0.9, 0.999, 1.0])
 def test_a_run_that_cannot_tell_leaves_the_question_as_it_is(first):
     probability = np.array([first, 1.0 - first])
     assert expected_entropy(probability, apart(0.0)) == pytest.approx(entropy(probability))
-
-
-def test_a_run_that_settles_a_question_leaves_nothing():
-    assert expected_entropy(np.array([0.7, 0.3]), apart(1e4)) < 1e-12
 
 
 @pytest.mark.parametrize("separation", [0.3, 2.0, 10.8])

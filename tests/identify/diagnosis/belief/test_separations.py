@@ -49,13 +49,10 @@ def test_what_is_not_known_of_an_effect_counts_as_its_spread():
     assert separations([spread, nothing], GRAM)[0, 1] == pytest.approx(least(spread, nothing), rel=1e-5)
 
 
-def test_twice_the_run_is_twice_the_chi_squared_where_priors_are_loose():
+def test_runs_separate_by_their_length_up_to_the_error_of_a_formula():
     one, other = stance([0, 1], [2.0], 1e-15), stance([0, 2], [-1.0], 1e-15)
     once, twice = (separations([one, other], runs * GRAM) for runs in (1.0, 2.0))
     assert twice[0, 1] == pytest.approx(2.0 * once[0, 1], rel=1e-3)
-
-
-def test_no_length_of_a_run_separates_what_the_error_of_a_formula_may_be():
     one, other = stance([0, 1], [2.0], 1e-15), stance([0, 2], [-1.0], 1e-15)
     torque = 2.0 * COLUMNS[:, 1]
     share = least(one, other) / (torque @ torque)
