@@ -74,7 +74,7 @@ GOAL = (
         [],
     ),
     Option(
-        "--mass --payload KG...",
+        "--mass KG...",
         "plan one motion to be run unloaded and with each mass, for the drive gains",
         any_number,
         [],
@@ -87,12 +87,12 @@ GOAL = (
         repeated=True,
     ),
     Option(
-        "--focus --for NAME...",
+        "--focus NAME...",
         "the only parameters that matter: gain Kr, or in words 'K_r, friction of joint 2'",
         str,
         [],
     ),
-    Option("--after --from FIT", "fit.json of earlier runs, which the new run complements", Path),
+    Option("--after FIT", "fit.json of earlier runs, which the new run complements", Path),
     Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT"),
 )
 MOTION = (
@@ -122,7 +122,7 @@ LIMITS = (
 
 
 SEARCHING = (
-    Option("--search --seconds S", f"search time; default: {SEARCH:g}", any_number),
+    Option("--search S", f"search time; default: {SEARCH:g}", any_number),
     Option(
         "--iterations N",
         "iterations of each start instead of a search time, so that a slow or busy computer plans the same "
@@ -168,7 +168,7 @@ def excite_command(args: Namespace) -> Result:
     refuse_without("--show TRAJECTORY", args, SHOWN)
     _require_together(args)
     path = args.output or Path(TRAJECTORY)
-    read = [args.robot, *(file for file in (args.against, args.after, args.region) if file)]
+    read = [args.robot, *(file for file in (args.against, args.after, args.cell) if file)]
     require_file(path, "--output", read)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
@@ -297,7 +297,7 @@ def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
         clearances=read_clearances(
             args.robot,
             model.robot,
-            cell=args.region,
+            cell=args.cell,
             collision=not args.no_collision,
             say=progress,
         ),

@@ -73,7 +73,7 @@ STAGES = {
         ),
         AS_RECORDED,
         Option(
-            "--shapes --fit-shapes EFFECT...",
+            "--shapes EFFECT...",
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),

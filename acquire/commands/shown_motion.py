@@ -53,14 +53,14 @@ def show_motion(args: Namespace) -> Result:
         torque = nominal_torque(plan, model)
         # without a margin, which was a matter of planning
         clearances = read_clearances(
-            args.robot, model.robot, cell=args.region, collision=not args.no_collision, distance=0.0
+            args.robot, model.robot, cell=args.cell, collision=not args.no_collision, distance=0.0
         )
     approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
     beyond = [*violations(plan, torque), *beyond_words(approaches)]
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
     around = None
     if model:
-        obstacles = read_surroundings(sources_of(args.robot, args.region)).obstacles
+        obstacles = read_surroundings(sources_of(args.robot, args.cell)).obstacles
         space = space_of(plan.trajectory, model.robot, obstacles, clearances)
         around = Around(space, nearest_words(approaches))
     content = EXPORTS[args.to](plan, args.rate) if args.to else plan_page(plan, beyond, torque, around)

@@ -130,7 +130,7 @@ def _wishes(args: Namespace, model: Model, settings: Mapping[str, Any]) -> Wishe
 
 
 LIMITING = (
-    "margin", "sure", "window", "start", "region", "degrees", "collision_distance", "no_collision",
+    "margin", "sure", "window", "start", "cell", "degrees", "collision_distance", "no_collision",
     "packages",
 )  # fmt: skip
 """Options that a study passes on to `exidyn excite`."""
@@ -179,6 +179,6 @@ SUMMARY = "summary.txt"
 """File of the page that a single command would print."""
 RECORDED = {
     "driver", "controller", "set", "plant", "seed", "yes", "tracking", "current", "temperature",
-    "mass", "com", "inertia", "no_collision", "packages", "region",
+    "mass", "com", "inertia", "no_collision", "packages", "cell",
 }  # fmt: skip
 """Options that a study passes on to `exidyn record`."""

@@ -85,7 +85,7 @@ def test_a_region_is_kept(robot, tmp_path, monkeypatch):
         '[[region]]\npoint = "flange"\nlower = [-9.0, -9.0, -0.2]\nupper = [9.0, 9.0, 9.0]\n'
     )
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.2], [9.0, 9.0, 9.0]))
-    code, output = excite(robot, "--region", str(tmp_path / "cell.toml"))
+    code, output = excite(robot, "--cell", str(tmp_path / "cell.toml"))
     assert code == 0
     assert floor.worst(read_plan(output).trajectory).allowed
     code, output = excite(robot)
@@ -150,7 +150,7 @@ WRONG = {
     "centre NaN": (["--mass", "3", "--com", "nan", "0", "0"], "payload: com is nan, 0.0, 0.0"),
     "centre without payload": (["--com", "0", "0", "0"], "--com is the center"),
     "focus": (["--focus", "Kr"], "no base parameter called 'Kr'"),
-    "region": (["--region", "nowhere.toml"], "nowhere.toml"),
+    "cell": (["--cell", "nowhere.toml"], "nowhere.toml"),
 }
 
 

@@ -39,7 +39,7 @@ def excite(folder, *arguments):
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_keeps_to_limits_and_region(robot, capsys, kind):
     period = ["--period", "3", "--harmonics", "1"]  # of the calm motion under a chirp
-    assert excite(robot, "--kind", kind, "--region", str(robot / "cell.toml"), *period) == 0
+    assert excite(robot, "--kind", kind, "--cell", str(robot / "cell.toml"), *period) == 0
     assert "BEYOND" not in capsys.readouterr().out
     plan = read_plan(robot / "trajectory.toml")
     assert plan.details["kind"] == kind
