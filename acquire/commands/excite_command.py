@@ -212,7 +212,7 @@ def _require_together(args: Namespace) -> None:
 
 def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, list[str]]:
     """A motion, and sentences on how well it distinguishes two models."""
-    wishes = wishes_of(args, model, progress)
+    wishes = _wishes(args, model, progress)
     if args.kind != OPTIMIZED:
         progress(StageText("make", f"make {args.kind}"))
         joints = [model.robot.index(joint) for joint in args.joints or ()]
@@ -275,7 +275,7 @@ def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) 
     return best, sentences(distinguish(goal, motion, limits, best.trajectory.duration))
 
 
-def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
+def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
     start = joint_values(args.start, model.robot.dof, "--start")

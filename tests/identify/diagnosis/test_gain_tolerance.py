@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.diagnose import diagnosed
+from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.results.evidence import deviations, places_of
 from exidyn.identification.diagnosis.results.motor_torque import with_all_torque
 from exidyn.identification.diagnosis.search.problem import Problem
@@ -80,7 +80,7 @@ def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_i
         replace(run(f"with {seed}", seed, seed, KnownPayload("L")), payload=None) for seed in (3, 4, 5)
     ]
     runs = list(zip(("identify", "identify", "validate"), carrying, strict=True))
-    found = diagnosed(known, runs, as_recorded=True).diagnosis
+    found = diagnose(known, runs, as_recorded=True)
     [mass] = [one.parameters["M"] for one in found.findings if one.effect == "payload"]
     assert mass.value / 3.0 == pytest.approx(WRONG, abs=0.04)
     assert abs(mass.value - 3.0) <= NORMAL_95 * mass.std
