@@ -105,6 +105,8 @@ MOTION = (
     ),
     Option("--joints JOINT...", "joints that the other kinds move; default: all"),
     Option("--length S", "duration", any_number, Wishes.seconds),
+    Option("--period S", "base period; default: several are tried", any_number),
+    Option("--harmonics N", "harmonics of each joint", integer, Wishes.harmonics),
     Option("--tick S", "cycle of the controller", any_number, Wishes.tick),
     Option("--start Q...", "pose at start and end [rad]", any_number),
 )
@@ -143,7 +145,8 @@ SEARCHING = (
     (
         Option("robot [ROBOT]", ROBOT_FILES),
         output_option(
-            "FILE", meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html"
+            "FILE",
+            meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
         ),
         JSON,
         Group("goal", GOAL),
@@ -153,7 +156,7 @@ SEARCHING = (
         CHECK,
         Group("show a planned motion instead", (Option("--show TRAJECTORY", SHOW_HELP, Path), *SHOWN)),
     ),
-    table_help("formats of --export", EXPORTS),
+    table_help("formats of --to", EXPORTS),
 )
 def excite_command(args: Namespace) -> Result:
     """Plan the motion, print and write it; or show a planned one."""
@@ -229,8 +232,8 @@ def _poor(plan: Plan) -> list[str]:
     if not condition < WORST:
         warning = (
             f"the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, some "
-            "combination of parameters is hardly excited. Try a wider range or window, more --search, "
-            "or a model with fewer unknowns"
+            "combination of parameters is hardly excited. Try a wider range or window, a longer --period, "
+            "more --search, or a model with fewer unknowns"
         )
         return paragraph(warning, " " * 11, "  WARNING: ")
     return []
@@ -278,6 +281,8 @@ def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     start = joint_values(args.start, model.robot.dof, "--start")
     window = joint_values(args.window, model.robot.dof, "--window")
     return Wishes(
+        harmonics=args.harmonics,
+        period=args.period,
         seconds=args.length,
         margins=replace(
             Margins(),

@@ -10,8 +10,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 SMALL = (
-    "excite cobot --start 0 -90 0 0 0 0 --window 10 --degrees --tick 0.008 --length 5 "
-    "--search 1 -o small.toml"
+    "excite cobot --start 0 -90 0 0 0 0 --window 10 --degrees --tick 0.008 --length 5 --period 5 "
+    "--harmonics 2 --search 1 -o small.toml"
 )
 """Command that plans a motion of some seconds for the recording loop."""
 RECORD = "record small.toml --robot cobot --approach --no-rehearsal --yes"

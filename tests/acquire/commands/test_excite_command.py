@@ -24,7 +24,7 @@ from ...parts.small.small_fit import fit
 
 pytestmark = pytest.mark.clocked(patient=True)
 
-QUICK = ["--length", "3", "--tick", "0.004", "--search", "60"]
+QUICK = "--harmonics 1 --period 3 --length 3 --tick 0.004 --search 60".split()
 
 
 @pytest.fixture(autouse=True)
@@ -132,7 +132,10 @@ def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, caps
 
 WRONG = {
     "no time": (["--search", "-1"], "-1 s"),
+    "no harmonics": (["--harmonics", "0"], "harmonics: 0; there must be at least 1"),
     "no tick": (["--tick", "0"], "tick: 0 s"),
+    "period NaN": (["--period", "nan"], "period: nan s"),
+    "period endless": (["--period", "inf"], "period: inf s"),
     "length": (["--length", "-2"], "length: -2 s"),
     "seed": (["--seed", "-1"], "seed: -1"),
     "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one per joint"),
@@ -226,7 +229,7 @@ def test_ctrl_c_keeps_the_best(robot, tmp_path):
     """The whole group gets the signal, as from a keyboard, a second into a search of half a minute."""
     output = tmp_path / "best.toml"
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "excite", robot, "-o", str(output)]
-    command += ["--length", "6", "--search", "600"]
+    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--search", "600"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
