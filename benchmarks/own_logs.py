@@ -53,7 +53,7 @@ def walk(log: Log, fit: bool) -> Case:
         folder = Path(name)
         path, arm, known = log.make(folder)
         written = ("-o", folder / "robot.toml", "--json", folder / "init.json")
-        done = run("init", path, "--urdf", arm, *written)
+        done = run("init", path, "--robot", arm, *written)
         seconds = {"init": done.seconds}
         figures: Case = {"log": log.name, "seconds": seconds, "failed": "", "refused": []}
         if done.code:

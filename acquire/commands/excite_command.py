@@ -69,7 +69,7 @@ GOAL = (
         [],
     ),
     Option(
-        "--mass --payload KG...",
+        "--mass KG...",
         "plan one motion to be run unloaded and with each mass, for the drive gains",
         any_number,
         [],
@@ -82,12 +82,12 @@ GOAL = (
         repeated=True,
     ),
     Option(
-        "--focus --for NAME...",
+        "--focus NAME...",
         "the only parameters that matter: gain Kr, or in words 'K_r, friction of joint 2'",
         str,
         [],
     ),
-    Option("--after --from FIT", "fit.json of earlier runs, which the new run complements", Path),
+    Option("--after FIT", "fit.json of earlier runs, which the new run complements", Path),
     Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT"),
     Option("--trajectories N", "number of trajectories that are planned together; default: 1", integer, 1),
 )
@@ -145,7 +145,7 @@ LIMITS = (
         Group(
             "search",
             (
-                Option("--search --seconds S", f"search time; default: {SEARCH:g}", any_number),
+                Option("--search S", f"search time; default: {SEARCH:g}", any_number),
                 Option(
                     "--iterations N",
                     "iterations of each start instead of a search time, so that a slow or busy computer "
@@ -162,7 +162,7 @@ LIMITS = (
 def excite_command(args: Namespace) -> None:
     """Plan the motions, print and write them."""
     _require_together(args)
-    read = [args.robot, *(path for path in (args.against, args.after, args.region) if path)]
+    read = [args.robot, *(path for path in (args.against, args.after, args.cell) if path)]
     require_file(args.output, "--output", read)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
@@ -307,7 +307,7 @@ def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
         clearances=read_clearances(
             args.robot,
             model.robot,
-            cell=args.region,
+            cell=args.cell,
             collision=not args.no_collision,
             distance=args.collision_distance,
             packages=args.packages,

@@ -86,7 +86,7 @@ STAGES = {
         *FILTERS,
         output_option("FOLDER", Path("exidyn-gap")),
         Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
-        Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
+        Option("--save FILE", "save that view as a file (.rrd)", Path),
         JSON,
         AS_RECORDED,
     ),

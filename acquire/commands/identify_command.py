@@ -68,7 +68,7 @@ STAGES = {
         AS_RECORDED,
         Option("--keep-all", "keep parameters that are indistinguishable from zero"),
         Option(
-            "--shapes --fit-shapes EFFECT...",
+            "--shapes EFFECT...",
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),

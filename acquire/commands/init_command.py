@@ -63,10 +63,10 @@ AS_TABLE = (
     "Propose the meaning, units and signs of a log's columns and rough drive gains; write a robot.toml, and "
     "for a table the preset with which exidyn import reads it.",
     (
-        "exidyn init log.csv --urdf arm.urdf",
-        "exidyn init runs/*.csv --urdf arm.urdf",
-        "exidyn init log.csv --mjcf arm.xml",
-        "exidyn init log.mat --urdf arm.urdf -o arm/robot.toml",
+        "exidyn init log.csv --robot arm.urdf",
+        "exidyn init runs/*.csv --robot arm.urdf",
+        "exidyn init log.csv --robot arm.xml",
+        "exidyn init log.mat --robot arm.urdf -o arm/robot.toml",
     ),
     (
         Option(
@@ -75,7 +75,7 @@ AS_TABLE = (
             Path,
         ),
         Option(
-            "--urdf --mjcf --robot ROBOT",
+            "--robot ROBOT",
             f"description of the arm: {NAMED}, or a robot.toml",
             Path,
             required=True,
@@ -103,7 +103,7 @@ def _init(args: Namespace, progress: Progress) -> None:
     preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE
     chosen = dict(args.columns or ())
     table = _table(args.logs, args.rate, chosen)
-    model, fixed_joints = _arm(args.urdf, log, table, chosen)
+    model, fixed_joints = _arm(args.robot, log, table, chosen)
     progress("weigh units, order of joints, mounting and gains")
     proposal = _proposal(args.logs, table, model, chosen)
     if table is None:
@@ -114,14 +114,14 @@ def _init(args: Namespace, progress: Progress) -> None:
         proposal = replace(proposal, notes=(*proposal.notes, *_damaged(proposal, table)))
     undecided = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
     # An arm of a robot.toml has no description to refer to.
-    urdf = os.path.relpath(args.urdf, args.output.parent) if is_description(args.urdf) else ""
+    urdf = os.path.relpath(args.robot, args.output.parent) if is_description(args.robot) else ""
     still = NOTHING
     if table is not None and urdf and not undecided:
         still = still_joints(proposal, model.robot, table.names, table.values)
     moving = [joint for joint in model.robot.joints if joint not in still.position]
     if still.position:
         proposal = without_still(proposal, model.robot, still)
-        model = read_model(args.urdf, moving, still.position)
+        model = read_model(args.robot, moving, still.position)
     texts = {
         args.output: robot_toml(
             proposal, model, urdf, log.name, moving if fixed_joints else (), still.position
@@ -279,7 +279,7 @@ def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
 def _require_free(texts: dict[Path, str], args: Namespace) -> None:
     """Raise if a file cannot be written or would be overwritten."""
     for path in texts:
-        require_file(path, "--output" if path == args.output else "--preset", [*args.logs, args.urdf])
+        require_file(path, "--output" if path == args.output else "--preset", [*args.logs, args.robot])
         if path.exists() and not args.force:
             raise FileExistsError(17, "this file exists; --force overwrites it", str(path))
 

@@ -184,7 +184,7 @@ def _plan(args: Namespace) -> None:
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
     clearances = () if not args.robot else read_clearances(
-        args.robot, model.robot, cell=args.region, collision=not args.no_collision, packages=args.packages,
+        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, packages=args.packages,
         say=progress,
     )  # fmt: skip
     start = joint_values(args.start, model.robot.dof, "--start")

@@ -63,9 +63,9 @@ def report_command(args: Namespace) -> None:
             Path,
         ),
         ROBOT,
-        Option("--save --output -o FILE", "save the view as a file (.rrd) instead", Path),
+        Option("--save FILE", "save the view as a file (.rrd) instead", Path),
         Option(
-            "--serve --browser [ADDRESS:PORT]",
+            "--serve [ADDRESS:PORT]",
             f"serve the view to browsers instead, until Ctrl-C; default: {LOCAL}:{PORT}, this machine only",
             alone=f"{LOCAL}:{PORT}",
         ),

@@ -24,6 +24,7 @@ from ..arguments.options import (
     NO_COLLISION,
     PACKAGES,
     PLAN,
+    output_option,
     require_file,
     robot_option,
 )
@@ -42,7 +43,7 @@ from ..terminal.run_summary import plan_table
     (
         PLAN,
         robot_option("for torques, collisions and the animated arm"),
-        Option("--output -o --page FILE", "page; default: the name of TRAJECTORY with .html", Path),
+        output_option("FILE", meaning="page; default: the name of TRAJECTORY with .html"),
         JSON,
         Option(
             "--export FORMAT FILE",
@@ -55,7 +56,7 @@ from ..terminal.run_summary import plan_table
         NO_COLLISION,
         CELL,
         Option("--view", "show the moving arm in Rerun's viewer"),
-        Option("--save --rerun FILE", "save that view as a file (.rrd)", Path),
+        Option("--save FILE", "save that view as a file (.rrd)", Path),
     ),
     table_help("formats", EXPORTS),
 )
@@ -93,7 +94,7 @@ def _clearances(args: Namespace, model: Model) -> tuple[Clearance, ...]:
     return read_clearances(
         args.robot,
         model.robot,
-        cell=args.region,
+        cell=args.cell,
         collision=not args.no_collision,
         distance=0.0,
         packages=args.packages,
@@ -104,7 +105,7 @@ def _around(
     args: Namespace, plan: Plan, model: Model, clearances: tuple[Clearance, ...], nearest: str
 ) -> Around:
     """Surroundings that the page draws."""
-    obstacles = read_surroundings(sources_of(args.robot, args.region)).obstacles
+    obstacles = read_surroundings(sources_of(args.robot, args.cell)).obstacles
     return Around(space_of(plan.trajectory, model.robot, obstacles, clearances), nearest)
 
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics.standstill import standstill
 from ..errors import FitError, RecordingError
 from ..fit.fit import Fit
 from ..fit.identification import of_this_arm
@@ -99,7 +98,7 @@ def free_threshold(
             "give runs that it has not used"
         )
     runs = [observed(fit, run, None, bandwidth) for run in free]
-    return Threshold.of(runs, slow_speed(fit), alarms_per_hour)
+    return Threshold.of(runs, fit.standstill, alarms_per_hour)
 
 
 def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: float = BANDWIDTH) -> Estimates:
@@ -130,11 +129,6 @@ def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: fl
 def torque_unit(fit: Fit) -> str:
     """Unit of external torques, of all kinds of joints: amperes without drive gains."""
     return "A" if fit.unscaled else "/".join(dict.fromkeys(fit.model.robot.units("N m")))
-
-
-def slow_speed(fit: Fit) -> np.ndarray:
-    """Speed below which stiction matters, shape (n,) [rad/s]: that at which joints stood in the fit."""
-    return standstill(fit.standstill, fit.model.robot)
 
 
 def wrenches(fit: Fit, estimates: Estimates, threshold: Threshold | None) -> np.ndarray:

@@ -21,7 +21,6 @@ import numpy as np
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
-from ..dynamics.standstill import standstill
 from ..dynamics.traced import writable
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, WrongShape
@@ -189,7 +188,7 @@ def make_feedforward(
     values = np.zeros(len(model.names))
     values[fit.base.kept] = fit.estimate.values
     dynamics = writable(Dynamics.of(model, values, payload))
-    band = np.zeros(robot.dof) + (standstill(fit.standstill, robot) if band is None else band)
+    band = np.zeros(robot.dof) + (fit.standstill if band is None else band)
     if not np.all(band > 0.0):
         raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
     return Feedforward(
@@ -225,8 +224,6 @@ def remarks(fit: Fit, dynamics: Dynamics) -> Iterator[str]:
         yield "friction depends on temperature: give the temperature of each joint [degC]"
     if robot.passive:
         yield f"joints without a motor: {', '.join(robot.passive)}; their torque cannot be applied"
-    if fit.standstill is None:
-        yield "the fit states no speed below which joints stood; the band is 1 % of the velocity limits"
 
 
 def _servo(fit: Fit) -> ServoLaw | None:

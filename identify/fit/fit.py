@@ -68,23 +68,22 @@ class Fit(InNotebook):
         suspicions: Sentences about likely mistakes in the recordings.
         structure: Base parameters including the dropped ones; None if none was dropped.
         full_estimate: Estimate of all parameters of `structure`, before any was dropped; None if none was
-            dropped, or in files that predate the key.
+            dropped.
         measures: Quantity that was recorded in the runs used, "current" or "torque".
         scores: Residuals of each run, for a fit that was read from a file and has no samples.
         noise: Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all
-            predicted runs are compared; None in files that predate the key.
+            predicted runs are compared.
         noise_source: How the noise floor was determined; see `Prepared`.
         carried: Run used -> name of its payload.
         simulations: Names of the runs used that were simulated.
         apart: Predicted runs that do not count as validation: simulations, jogs, unknown payloads.
         standstill: Speed below which each joint counted as standing still, the largest of all runs used,
-            shape (n,) [rad/s]; friction below it is not identified. None in files that predate the key.
+            shape (n,) [rad/s]; friction below it is not identified.
         edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
         exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
-            None if there are none, or in files that predate the key.
+            None if there are none.
         gear_friction_bias: Bias of the values, before any was dropped, then of the gains, per friction over
-            transmitted torque of each joint, shape (b + n, n); None if unknown, see `gear_friction_bias.py`,
-            or in files that predate the key.
+            transmitted torque of each joint, shape (b + n, n); None if the model has that friction.
         repeatability: Agreement of the parameters between runs; None if it was not asked for.
     """
 
@@ -96,6 +95,9 @@ class Fit(InNotebook):
     condition: float
     rows: int
     prior: tuple[np.ndarray, np.ndarray]
+    noise: np.ndarray
+    noise_source: str
+    standstill: np.ndarray
     dropped: dict[str, float] = field(default_factory=dict)
     unclear: tuple[Unclear, ...] = ()
     agreement: tuple[Agreement, ...] = ()
@@ -106,13 +108,10 @@ class Fit(InNotebook):
     full_estimate: Estimate | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()
-    noise: np.ndarray | None = None
-    noise_source: str = ""
     carried: Mapping[str, str] = field(default_factory=dict)
     simulations: tuple[str, ...] = ()
     apart: tuple[Agreement, ...] = ()
     exported: np.ndarray | None = None
-    standstill: np.ndarray | None = None
     edits: Mapping[str, str] = field(default_factory=dict)
     gear_friction_bias: np.ndarray | None = None
     repeatability: Repeatability | None = None
@@ -144,7 +143,7 @@ class Fit(InNotebook):
 
     @property
     def undropped(self) -> "Fit":
-        """The fit before parameters were dropped; itself if none was, or without `full_estimate`."""
+        """The fit before parameters were dropped; itself if none was."""
         if self.structure is None or self.full_estimate is None:
             return self
         return replace(
@@ -284,7 +283,7 @@ class Fit(InNotebook):
 
     def noise_of(self, measures: str) -> np.ndarray | None:
         """Noise floor in "current" or "torque", shape (n,); None if the fit does not have it."""
-        if measures == self.measures or self.noise is None:
+        if measures == self.measures:
             return self.noise
         return np.abs(self.estimate.gain) * self.noise if self.measures == "current" else None
 

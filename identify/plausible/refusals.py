@@ -81,7 +81,7 @@ def not_found(quantity: str, signals: Sequence[str], names: Sequence[str], robot
     if fewer:
         return RecordingError(
             f"{text}The log has {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
-            "[...]), and give that file as --urdf"
+            "[...]), and give that file as --robot"
         )
     return RecordingError(f"{text}Name them: --columns SIGNAL=NAME,...; or add those of another file")
 

@@ -119,8 +119,6 @@ def parse_model(text: str, folder: Path | None = None, where: str = "robot file"
 def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str, ...]]:
     """Model, and doubts about its geometry and bodies."""
     table = toml.parse_toml(text, where)
-    if "belief" in table:  # the name of the table [prior] in older files
-        table["prior"] = table.pop("belief")
     toml.check_keys(table, KEYS[""], where)
     if table.get("format", FORMAT) != FORMAT:
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")

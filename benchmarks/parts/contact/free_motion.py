@@ -8,7 +8,7 @@ from common import show
 from scipy import stats
 
 from exidyn.identification.contact.alarms import Alarms
-from exidyn.identification.contact.contact import observed, slow_speed, wrenches
+from exidyn.identification.contact.contact import observed, wrenches
 from exidyn.identification.contact.observer import Estimates
 from exidyn.identification.contact.threshold import Threshold, block_maxima
 from exidyn.identification.contact.wrench import flange_jacobian
@@ -44,7 +44,7 @@ def free_motion(quick: bool) -> dict[str, Any]:
     train = UR10E.train[:2] if quick else UR10E.train
     fit = identify([UR10E.run(name) for name in train], filtering=UR10E.filtering)
     held_out = [observed(fit, UR10E.run(name)) for name in UR10E.held_out]
-    arm = Watched(fit, Threshold.of(held_out, slow_speed(fit)))
+    arm = Watched(fit, Threshold.of(held_out, fit.standstill))
     figures = _alarms(arm, FREE[:8] if quick else FREE)
     figures["least_force"] = _least_force(arm, held_out)
     figures["pushes"] = _pushes(arm)
@@ -107,7 +107,7 @@ def _masses(arm: Watched, runs: Sequence[tuple[str, float]]) -> dict[str, float]
         estimates = observed(arm.fit, run, "", bandwidth=1.0)
         force = wrenches(arm.fit, estimates, arm.threshold)[:, 2]
         # At rest, dry friction holds a part of the weight that nothing shows.
-        moving = np.all(np.abs(estimates.velocity) > slow_speed(arm.fit), axis=1)
+        moving = np.all(np.abs(estimates.velocity) > arm.fit.standstill, axis=1)
         by_force = -np.nanmedian(np.array([force, np.where(moving, force, np.nan)]), axis=1) / EARTH
         error = 100.0 * (by_force / mass - 1.0)
         errors[name] = float(error[1])

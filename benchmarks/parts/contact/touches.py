@@ -6,7 +6,7 @@ import numpy as np
 from common import show
 
 from exidyn.identification.contact.alarms import Alarms
-from exidyn.identification.contact.contact import observed, slow_speed
+from exidyn.identification.contact.contact import observed
 from exidyn.identification.contact.threshold import Threshold
 from exidyn.identification.fit.identification import identify
 
@@ -22,7 +22,7 @@ def touches(quick: bool) -> dict[str, Any]:
     """A table by force: found, median delay, error of the force."""
     fit = identify([touched_arm.run("train", 1)])
     free = [observed(fit, touched_arm.run(f"free {k}", 10 + k, 60.0)) for k in range(1 if quick else 4)]
-    threshold = Threshold.of(free, slow_speed(fit))
+    threshold = Threshold.of(free, fit.standstill)
     rows, figures = [], dict[str, Any]()
     for place, size in enumerate(FORCES):
         found, delays, errors, others, count = _touched(fit, threshold, size, 100 + place, 5 if quick else 20)

@@ -17,7 +17,7 @@ Step = tuple[str, ...]
 INIT: Step = (
     "init",
     "{log}",
-    "--urdf",
+    "--robot",
     "{arm}",
     "-o",
     "{folder}/init/robot.toml",

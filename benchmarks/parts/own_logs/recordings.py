@@ -47,7 +47,7 @@ def _proposed(data: RealSet, run_name: str) -> tuple[list[Statement], float]:
     with TemporaryDirectory() as folder:
         log, arm = data.copy(run_name, Path(folder))
         table = Path(folder) / "init.json"
-        done = run("init", log, "--urdf", arm, "-o", Path(folder) / "robot.toml", "--json", table)
+        done = run("init", log, "--robot", arm, "-o", Path(folder) / "robot.toml", "--json", table)
         proposal = proposal_of(table)
     found = of_init(f"{data.folder}/{run_name}", proposal, data.known(run_name)) if proposal else []
     return found, done.seconds

@@ -18,7 +18,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 INSIDE = 1.96
 """Deviation of 95 % of normal numbers [standard deviations]."""
 
-LENGTHS = {True: ("--seconds", "20", "--search", "2"), False: ()}
+LENGTHS = {True: ("--length", "20", "--search", "2"), False: ()}
 """Options of the command, in a hurry and not."""
 
 

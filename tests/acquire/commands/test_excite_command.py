@@ -34,7 +34,7 @@ QUICK = [
     "0.004",
     "--starts",
     "1",
-    "--seconds",
+    "--search",
     "60",
 ]
 
@@ -78,7 +78,7 @@ def test_a_window_in_degrees_is_kept(robot):
 
 def test_a_pair_after_a_fit_and_several_at_once(robot, tmp_path, capsys):
     write_fit(fit(), tmp_path / "fit.json")
-    assert excite(robot, "--payload", "3", "--com", "0.1", "0", "0.05", "--criterion", "volume")[0] == 0
+    assert excite(robot, "--mass", "3", "--com", "0.1", "0", "0.05", "--criterion", "volume")[0] == 0
     assert read_plan(tmp_path / "made" / "trajectory.toml").payload_pair
     assert excite(robot, "--after", str(tmp_path / "fit.json"), "--trajectories", "2")[0] == 0
     plans = [read_plan(tmp_path / "made" / f"trajectory-{k}.toml") for k in (1, 2)]
@@ -91,7 +91,7 @@ def test_a_region_is_kept(robot, tmp_path):
         '[[region]]\npoint = "flange"\nlower = [-9.0, -9.0, -0.2]\nupper = [9.0, 9.0, 9.0]\n'
     )
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.2], [9.0, 9.0, 9.0]))
-    code, output = excite(robot, "--region", str(tmp_path / "cell.toml"), "--criterion", "volume")
+    code, output = excite(robot, "--cell", str(tmp_path / "cell.toml"), "--criterion", "volume")
     assert code == 0
     assert floor.worst(read_plan(output).trajectory).allowed
     code, output = excite(robot, "--criterion", "volume")
@@ -137,7 +137,7 @@ def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, caps
 
 WRONG = {
     "no starts": (["--starts", "0"], "0 starts"),
-    "no time": (["--seconds", "-1"], "-1 s"),
+    "no time": (["--search", "-1"], "-1 s"),
     "no harmonics": (["--harmonics", "0"], "harmonics: 0; there must be at least 1"),
     "no tick": (["--tick", "0"], "tick: 0 s"),
     "period NaN": (["--period", "nan"], "period: nan s"),
@@ -151,13 +151,13 @@ WRONG = {
     "window NaN": (["--start", "0", "--window", "nan"], "shoulder: correction window"),
     "margin": (["--margin", "1"], "margins: velocity is 1"),
     "no fit": (["--after", "nowhere.json"], "nowhere.json"),
-    "payload": (["--payload", "-3"], "payload: mass is -3.0 kg; it must be above 0"),
-    "payload NaN": (["--payload", "nan"], "payload: mass is nan kg"),
-    "payload endless": (["--payload", "inf"], "payload: mass is inf kg"),
-    "centre NaN": (["--payload", "3", "--com", "nan", "0", "0"], "payload: com is nan, 0.0, 0.0"),
+    "payload": (["--mass", "-3"], "payload: mass is -3.0 kg; it must be above 0"),
+    "payload NaN": (["--mass", "nan"], "payload: mass is nan kg"),
+    "payload endless": (["--mass", "inf"], "payload: mass is inf kg"),
+    "centre NaN": (["--mass", "3", "--com", "nan", "0", "0"], "payload: com is nan, 0.0, 0.0"),
     "centre without payload": (["--com", "0", "0", "0"], "--com is the center"),
     "focus": (["--focus", "Kr"], "no base parameter called 'Kr'"),
-    "region": (["--region", "nowhere.toml"], "nowhere.toml"),
+    "cell": (["--cell", "nowhere.toml"], "nowhere.toml"),
 }
 
 
@@ -191,7 +191,7 @@ def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--kind", "sweeps", "--payload", "3"], "--kind sweeps and --mass cannot be used together"),
+        (["--kind", "sweeps", "--mass", "3"], "--kind sweeps and --mass cannot be used together"),
         (
             ["--against", "rival.toml", "--shapes", "coulomb_friction"],
             "--against and --shapes cannot be used together",
@@ -238,7 +238,7 @@ def test_ctrl_c_keeps_the_best(robot, tmp_path, starts):
     """The whole group gets the signal, as from a keyboard, a second into a search of half a minute."""
     output = tmp_path / "best.toml"
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "excite", robot, "-o", str(output)]
-    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--seconds", "600", "--starts", starts]
+    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--search", "600", "--starts", starts]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )

@@ -31,7 +31,7 @@ def files(tmp_path, monkeypatch):
 
 
 def test_what_init_writes_imports_the_log_in_si(files, capsys):
-    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf", "--json", "found.json"]) == 0
     assert re.search(r"^unit of position +deg +> 99\.9 %", capsys.readouterr().out, re.MULTILINE)
     found = json.loads((files / "found.json").read_text())
     assert found["then"] == "exidyn import log.csv --robot robot.toml"
@@ -43,7 +43,7 @@ def test_what_init_writes_imports_the_log_in_si(files, capsys):
 
 
 def test_gains_that_are_decided_are_stated_beside_others(files):
-    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf", "--json", "found.json"]) == 0
     gains = json.loads((files / "found.json").read_text())["gains"]
     known = np.array([gain["known"] for gain in gains])
     assert known.any()
@@ -63,7 +63,7 @@ def test_a_log_of_commands_and_no_effort_is_one_of_position_servos(files, capsys
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("q_ref{k}", command)}
     rows = np.column_stack(list(named.values()))
     np.savetxt("servos.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
-    assert main(["init", "servos.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "servos.csv", "--robot", "arm.urdf"]) == 0
     said = capsys.readouterr().out
     assert "the position error takes its place" in " ".join(said.split())
     gains = [float(value) for value in re.findall(r"^gain of \S+ +(\S+) N m ±", said, re.MULTILINE)]
@@ -78,7 +78,7 @@ def test_a_log_of_commands_and_no_effort_is_one_of_position_servos(files, capsys
 def test_an_mjcf_is_taken_where_a_urdf_is(files):
     pytest.importorskip("mujoco")
     (files / "arm.xml").write_text(FORMATS["mjcf"].text(Portable.of(LOG.model)))
-    assert main(["init", "log.csv", "--mjcf", "arm.xml"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.xml"]) == 0
     assert '\nmjcf = "arm.xml"' in (files / "robot.toml").read_text()
     motion = rich_motion(LOG.model)
     found, expected = (
@@ -91,12 +91,12 @@ def test_an_mjcf_is_taken_where_a_urdf_is(files):
 @pytest.mark.parametrize("existing", ["robot.toml", "preset.toml"])
 def test_no_file_is_written_over_without_force(files, existing, capsys):
     (files / existing).write_text("mine")
-    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert main(["init", "log.csv", "--robot", "arm.urdf"]) == REFUSED
     assert f"{existing}: this file exists; --force" in capsys.readouterr().err
     assert (files / existing).read_text() == "mine"
     other = {"robot.toml": "preset.toml", "preset.toml": "robot.toml"}[existing]
     assert not (files / other).exists()
-    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--force"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf", "--force"]) == 0
     assert (files / existing).read_text() != "mine"
 
 
@@ -104,7 +104,7 @@ def test_a_recording_needs_no_preset_and_efforts_in_amperes_an_option(files):
     signals = {"position": LOG.position, "torque": LOG.current / 50.0}
     run = Recording("run", LOG.model, {name: Signal(LOG.time, one) for name, one in signals.items()})
     write_recording(run, files / "run.mcap")
-    assert main(["init", "run.mcap", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert main(["init", "run.mcap", "--robot", "arm.urdf", "--json", "found.json"]) == 0
     assert not (files / "preset.toml").exists()
     found = json.loads((files / "found.json").read_text())
     assert found["then"] == ""
@@ -115,7 +115,7 @@ def test_torques_that_count_against_the_joints_are_imported_with_the_other_sign(
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("tau{k}", -LOG.torque)}
     rows = np.column_stack(list(named.values()))
     np.savetxt("against.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
-    assert main(["init", "against.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "against.csv", "--robot", "arm.urdf"]) == 0
     assert main(["import", "against.csv", "--robot", "robot.toml"]) == 0
     signals = read_recording(files / "against.mcap").signals
     np.testing.assert_allclose(signals["torque"].values, LOG.torque, atol=1e-5)
@@ -126,7 +126,7 @@ def test_of_a_recording_such_torques_have_a_gain_of_minus_one(files):
     signals = {"position": LOG.position, "torque": -LOG.torque}
     run = Recording("run", LOG.model, {name: Signal(LOG.time, one) for name, one in signals.items()})
     write_recording(run, files / "run.mcap")
-    assert main(["init", "run.mcap", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert main(["init", "run.mcap", "--robot", "arm.urdf", "--json", "found.json"]) == 0
     assert "exidyn export run.mcap --to csv" in json.loads((files / "found.json").read_text())["refusal"]
     assert np.all(read_model(files / "robot.toml").robot.drive_gain == -1.0)
 
@@ -135,9 +135,9 @@ def test_a_log_without_time_has_the_rate_that_is_given(files, capsys):
     named = {**columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
     rows = np.column_stack(list(named.values()))
     np.savetxt("bare.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
-    assert main(["init", "bare.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert main(["init", "bare.csv", "--robot", "arm.urdf"]) == REFUSED
     assert "exidyn init --rate HZ" in capsys.readouterr().err
-    assert main(["init", "bare.csv", "--urdf", "arm.urdf", "--rate", "100"]) == 0
+    assert main(["init", "bare.csv", "--robot", "arm.urdf", "--rate", "100"]) == 0
     assert main(["import", "bare.csv", "--robot", "robot.toml"]) == 0
     position = read_recording(files / "bare.mcap").signals["position"]
     np.testing.assert_allclose(position.values, LOG.position, atol=1e-6)
@@ -149,7 +149,7 @@ def test_what_is_undecided_is_said_and_no_preset_is_written(files, capsys):
     names = ["t", *columns("q{k}", noise), *columns("i{k}", noise)]
     rows = np.column_stack([LOG.time, 1.5 * LOG.position, noise])
     np.savetxt("far.csv", rows, delimiter=",", header=",".join(names), comments="")
-    assert main(["init", "far.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "far.csv", "--robot", "arm.urdf"]) == 0
     said = capsys.readouterr()
     assert "NOT DECIDED: unit of position" in said.out
     assert "Next:" not in said.out
@@ -173,7 +173,7 @@ def test_joints_of_the_urdf_that_the_log_lacks_are_held(files, capsys):
     named["grip_position"] = 0.01 * np.sin(LOG.time)
     rows = np.column_stack(list(named.values()))
     np.savetxt("named.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
-    assert main(["init", "named.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "named.csv", "--robot", "arm.urdf"]) == 0
     assert re.search(r"held\s+fixed.*their\s+effort:\s+grip,\s+follow", capsys.readouterr().out, re.DOTALL)
     assert read_model(files / "robot.toml").robot.joints == joints
     assert main(["import", "named.csv", "--robot", "robot.toml"]) == 0
@@ -193,7 +193,7 @@ def log_with_a_joint_at_rest(path, turn=0.0):
 
 def test_a_joint_that_never_moves_is_held_where_it_stands(files, capsys):
     log_with_a_joint_at_rest(files / "rest.csv")
-    assert main(["init", "rest.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "rest.csv", "--robot", "arm.urdf"]) == 0
     second, *others = np.roll(LOG.model.robot.joints, -1).tolist()
     assert f"* {second} does not move: the model holds it at 0.6981 rad" in capsys.readouterr().out
     assert main(["import", "rest.csv", "--robot", "robot.toml"]) == 0
@@ -207,7 +207,7 @@ def test_a_joint_that_never_moves_is_held_where_it_stands(files, capsys):
 
 def test_a_log_that_moves_a_joint_that_is_held_is_refused(files, capsys):
     log_with_a_joint_at_rest(files / "rest.csv")
-    assert main(["init", "rest.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "rest.csv", "--robot", "arm.urdf"]) == 0
     log_with_a_joint_at_rest(files / "moved.csv", turn=5.0)
     capsys.readouterr()
     assert main(["import", "moved.csv", "--robot", "robot.toml"]) == REFUSED
@@ -216,7 +216,7 @@ def test_a_log_that_moves_a_joint_that_is_held_is_refused(files, capsys):
         "moved.csv: column q2 goes from 40.00 to 45.00, but its joint is held between 39.94 and 40.06"
         in message
     )
-    assert main(["init", "rest.csv", "moved.csv", "--urdf", "arm.urdf", "--force"]) == 0
+    assert main(["init", "rest.csv", "moved.csv", "--robot", "arm.urdf", "--force"]) == 0
     assert read_model(files / "robot.toml").robot.joints == LOG.model.robot.joints
 
 
@@ -234,7 +234,7 @@ def test_a_log_of_joints_that_turn_and_slide_is_imported_as_proposed(tmp_path, m
     named |= dict(zip([f"{j}_current" for j in joints], effort.T, strict=True))
     rows = np.column_stack([LOG.time, *named.values()])
     np.savetxt("log.csv", rows, delimiter=",", header=",".join(["t", *named]), comments="", fmt="%.9g")
-    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf"]) == 0
     assert 'unit = ["m", "deg", "deg"' in (tmp_path / "preset.toml").read_text()
     assert main(["import", "log.csv", "--robot", "robot.toml"]) == 0
     found = read_recording(tmp_path / "log.mcap").signals["position"].values
@@ -247,7 +247,7 @@ def test_efforts_that_are_not_measured_give_no_gain(files, capsys):
     named = {"t": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", current)}
     rows = np.column_stack(list(named.values()))
     np.savetxt("mute.csv", rows, delimiter=",", header=",".join(named), comments="", fmt="%.9g")
-    assert main(["init", "mute.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert main(["init", "mute.csv", "--robot", "arm.urdf", "--json", "found.json"]) == 0
     assert re.search(r"not\s+measured: joint3 in 9\d %", capsys.readouterr().out)
     gains = json.loads((files / "found.json").read_text())["gains"]
     assert [gain["known"] for gain in gains][1:3] == [True, False]
@@ -267,8 +267,8 @@ def write_runs(folder, first=slice(0, 990), second=slice(990, None)):
 
 def test_several_logs_are_weighed_together(files, capsys):
     write_runs(files)
-    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "whole.json"]) == 0
-    assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf", "--force", "--json", "both.json"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf", "--json", "whole.json"]) == 0
+    assert main(["init", "a.csv", "b.csv", "--robot", "arm.urdf", "--force", "--json", "both.json"]) == 0
     assert "s in 2 runs" in capsys.readouterr().out
     whole, both = (json.loads((files / name).read_text()) for name in ("whole.json", "both.json"))
     assert [one["value"] for one in both["guesses"]][:5] == [one["value"] for one in whole["guesses"]][:5]
@@ -278,7 +278,7 @@ def test_several_logs_are_weighed_together(files, capsys):
 def test_logs_of_different_rates_are_two_runs(files, capsys):
     write_runs(files, slice(0, None, 5), slice(0, 150))  # most samples are of the slow one
     for logs in (["a.csv", "b.csv"], ["b.csv", "a.csv"]):
-        assert main(["init", *logs, "--urdf", "arm.urdf", "--force"]) == 0
+        assert main(["init", *logs, "--robot", "arm.urdf", "--force"]) == 0
         text = capsys.readouterr().out
         assert "s in 2 runs" in text
         assert "and the same for 1 other log" in text
@@ -287,13 +287,13 @@ def test_logs_of_different_rates_are_two_runs(files, capsys):
 def test_logs_with_other_columns_are_refused(files, capsys):
     write_runs(files)
     (files / "b.csv").write_text((files / "b.csv").read_text().replace("A1_Strom", "A1_Drehmoment"))
-    assert main(["init", "a.csv", "b.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert main(["init", "a.csv", "b.csv", "--robot", "arm.urdf"]) == REFUSED
     assert "b.csv has other columns than a.csv: A1_Drehmoment, A1_Strom" in capsys.readouterr().err
     assert not (files / "robot.toml").exists()
 
 
 def test_a_preset_with_a_number_for_its_ranges_is_refused(files, capsys):
-    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf"]) == 0
     preset = files / "preset.toml"
     preset.write_text("still = 3\n" + preset.read_text())
     capsys.readouterr()
@@ -311,7 +311,7 @@ def test_text_in_a_column_is_said(files, capsys, column, said):
     names = [*head.split(","), *warm]
     rows[40][names.index(column)] = "err"
     (files / "log.csv").write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n")
-    assert main(["init", "log.csv", "--urdf", "arm.urdf"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf"]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert f"log.csv line 42: 'err' in column '{column}' is not a number: import {said}" in text
     code = main(["import", "log.csv", "--robot", "robot.toml"])
@@ -323,11 +323,11 @@ def test_the_hint_for_a_log_of_fewer_joints_leads_on(files, capsys):
     four = {"t": LOG.time, **columns("q{k}", LOG.position[:, :4]), **columns("i{k}", LOG.current[:, :4])}
     table = np.column_stack(list(four.values()))
     np.savetxt("part.csv", table, delimiter=",", header=",".join(four), comments="", fmt="%.9g")
-    assert main(["init", "part.csv", "--urdf", "arm.urdf"]) == REFUSED
+    assert main(["init", "part.csv", "--robot", "arm.urdf"]) == REFUSED
     assert "name the 4 in a robot.toml (urdf = ..., joints = [...])" in capsys.readouterr().err
     joints = json.dumps(list(LOG.model.robot.joints[:4]))
     (files / "four.toml").write_text(f'format = 1\nurdf = "arm.urdf"\njoints = {joints}\n')
-    assert main(["init", "part.csv", "--urdf", "four.toml", "-o", "made.toml"]) == 0
+    assert main(["init", "part.csv", "--robot", "four.toml", "-o", "made.toml"]) == 0
 
 
 def test_columns_of_all_joints_stand_for_joints_with_other_names(files):
@@ -341,5 +341,5 @@ def test_columns_of_all_joints_stand_for_joints_with_other_names(files):
     chosen = [
         f"{signal}={','.join(f'{letter}_{word}' for word in words)}" for signal, letter in letters.items()
     ]
-    assert main(["init", "words.csv", "--urdf", "arm.urdf", "--columns", *chosen]) == 0
+    assert main(["init", "words.csv", "--robot", "arm.urdf", "--columns", *chosen]) == 0
     assert read_model(files / "robot.toml").robot.joints == LOG.model.robot.joints

@@ -33,7 +33,7 @@ def write(path, named, above=(), separator=","):
 
 def imported(log, capsys, *options):
     """The run, imported as init proposes, and what init printed."""
-    assert main(["init", log, "--urdf", "arm.urdf", "--json", "found.json", *options]) == 0
+    assert main(["init", log, "--robot", "arm.urdf", "--json", "found.json", *options]) == 0
     said = capsys.readouterr().out
     with open("found.json") as file:
         found = json.load(file)
@@ -100,7 +100,7 @@ def test_columns_may_be_named(folder, capsys):
     assert "order of joints" not in said
     np.testing.assert_allclose(run.signals["velocity"].values, LOG.velocity, atol=1e-6)
     assert (
-        main(["init", "log.csv", "--urdf", "arm.urdf", "--force", "--columns", "position=y1..6"]) == REFUSED
+        main(["init", "log.csv", "--robot", "arm.urdf", "--force", "--columns", "position=y1..6"]) == REFUSED
     )
     assert "no column y1, y2" in capsys.readouterr().err
 
@@ -124,7 +124,7 @@ def test_of_two_arms_one_is_named(folder, capsys):
     question = (
         "obs/qpos has 14 columns for 6 joints (joint1 to joint6): which? For example 1 to 6, or 8 to 13"
     )
-    assert main(["init", "episode.npz", "--urdf", "arm.urdf", "--rate", "100"]) == REFUSED
+    assert main(["init", "episode.npz", "--robot", "arm.urdf", "--rate", "100"]) == REFUSED
     assert question in capsys.readouterr().err
     run, _ = imported("episode.npz", capsys, "--rate", "100", "--columns", "position=obs/qpos8..13")
     np.testing.assert_allclose(run.signals["position"].values, LOG.position, atol=1e-9)
@@ -136,7 +136,7 @@ def test_a_rate_is_refused_where_the_log_has_time(folder, capsys):
         folder / "log.csv",
         {"Time": LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)},
     )
-    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--rate", "100"]) == REFUSED
+    assert main(["init", "log.csv", "--robot", "arm.urdf", "--rate", "100"]) == REFUSED
     assert "log.csv has its own time, column Time; --rate" in capsys.readouterr().err
     assert main(["import", "log.csv", "--robot", "arm.urdf", "--rate", "100"]) == REFUSED
     assert "log.csv has its own time, column Time; --rate" in capsys.readouterr().err
@@ -148,7 +148,7 @@ def test_what_import_refuses_is_said_in_place_of_the_next_command(folder, capsys
     lines = (folder / "log.csv").read_text().split("\n")
     lines[40] = lines[40].rpartition(",")[0] + ",overload"
     (folder / "log.csv").write_text("\n".join(lines))
-    assert main(["init", "log.csv", "--urdf", "arm.urdf", "--json", "found.json"]) == 0
+    assert main(["init", "log.csv", "--robot", "arm.urdf", "--json", "found.json"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "import refuses the log: log.csv line 41: 'overload' in column 'i6' is not a number" in said
     assert "correct the cell, or empty it if nothing was measured" in said

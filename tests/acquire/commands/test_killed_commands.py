@@ -74,5 +74,5 @@ def test_the_workers_of_a_fleet_end_with_it(tmp_path, more):
 
 def test_the_workers_of_a_search_end_with_it(tmp_path):
     (tmp_path / "robot.toml").write_text(model_text(two_joints.model()))
-    output = ["-o", str(tmp_path / "trajectory.toml"), "--seconds", "600", "--starts", "2"]
+    output = ["-o", str(tmp_path / "trajectory.toml"), "--search", "600", "--starts", "2"]
     killed_while_workers_work(["excite", str(tmp_path / "robot.toml"), *output], lambda: True)

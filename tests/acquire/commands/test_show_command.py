@@ -47,7 +47,7 @@ def test_summary_is_printed_and_the_page_written(folder, capsys):
 
 
 def test_a_plan_beyond_its_limits_is_reported(folder, capsys):
-    assert show(folder, "beyond.toml", "--page", str(folder / "other.html")) == 0
+    assert show(folder, "beyond.toml", "--output", str(folder / "other.html")) == 0
     assert "BEYOND: shoulder: velocity at" in capsys.readouterr().out
     assert "Exceeds limits: do not run it." in (folder / "other.html").read_text(encoding="utf-8")
     assert not (folder / "beyond.html").exists()

@@ -21,7 +21,7 @@ def require_import(log, folder, monkeypatch, capsys):
     """Init, and the command line that it ends with."""
     monkeypatch.chdir(folder)
     source, arm, _ = log.make(folder)
-    if main(["init", source.name, "--urdf", arm.name, "--json", "proposal.json"]):
+    if main(["init", source.name, "--robot", arm.name, "--json", "proposal.json"]):
         assert "--columns" in capsys.readouterr().err
         return
     proposal = json.loads((folder / "proposal.json").read_text())

@@ -80,15 +80,6 @@ def test_a_damaged_estimate_from_before_parameters_were_dropped_is_refused(path)
             read_fit(path)
 
 
-def test_older_names_of_prior_and_warnings_are_read(path):
-    text = path.read_text()
-    path.write_text(text.replace('"prior":', '"believed":').replace('"warnings":', '"doubts":'))
-    after = read_fit(path)
-    assert "believed" in path.read_text()
-    assert all(np.array_equal(a, b) for a, b in zip(after.prior, fit().prior, strict=True))
-    assert after.warnings == fit().warnings
-
-
 def test_a_fit_that_dropped_nothing_reads_back(tmp_path):
     write_fit(plain_fit(), tmp_path / "fit.json")
     after = read_fit(tmp_path / "fit.json")

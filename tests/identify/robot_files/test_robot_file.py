@@ -278,14 +278,6 @@ def test_mdh_from_a_file(tmp_path):
 EFFECT = TWO + '[[effect]]\nname = "coulomb_friction"\n'
 
 
-def test_the_older_name_of_the_table_of_priors_is_read():
-    table = "{}\nM1 = [4.0, 0.5]\n"
-    new, old = (parse_model(TWO + table.format(name)) for name in ("[prior]", "[belief]"))
-    assert new.stated == {"M1": Prior(4.0, 0.5)}
-    assert old.stated == new.stated
-    assert "[prior]" in model_text(old)
-
-
 WRONG = [
     ("format = 1\nname = = 3\n", RobotError, "not TOML.*line 2"),
     ("format = 2\n" + TWO, RobotError, "format 2.*reads format 1"),

@@ -92,15 +92,10 @@ def test_the_noise_level_does_not_hang_on_which_files_are_given(read, given):
     np.testing.assert_allclose(found.validation[0].over_noise, fit().validation[0].over_noise, rtol=1e-12)
 
 
-def test_the_noise_level_is_in_the_file_with_where_it_is_from(read, tmp_path):
+def test_the_noise_level_is_in_the_file_with_where_it_is_from(read):
     table = json.loads(fit_text(fit()))
     assert table["noise_floor_from"] == "rest"
     np.testing.assert_array_equal(read.noise, fit().noise)
-    old = {key: value for key, value in table.items() if not key.startswith("noise_floor")}
-    (tmp_path / "old.json").write_text(json.dumps(old))
-    found = read_fit(tmp_path / "old.json")
-    np.testing.assert_allclose(found.noise, fit().noise, rtol=1e-12)
-    assert found.noise_source == "rest"
 
 
 def test_a_comparison_takes_the_level_of_a_fit(read):
