@@ -14,7 +14,8 @@ from exidyn.identification.errors import ExidynError, RobotWarning
 from .arguments.command import Option, name_lines, print_warning
 from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
 from .arguments.parser import CommandParser, complaint
-from .commands import COMMANDS, GROUPS, command
+from .commands import COMMANDS, GROUPS, run_command
+from .completion import COMPLETION
 from .screen import screens
 
 
@@ -49,7 +50,7 @@ def _run_command(arguments: Sequence[str] | None) -> int:
     parsed = top.parse_args(arguments)
     try:
         with _warnings_as_lines():
-            return command(parsed.command).main(parsed.rest)
+            return run_command(parsed.command, parsed.rest)
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -107,6 +108,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"exidyn {version('exidyn')}")
+    COMPLETION.add_to(parser)
     Option("command COMMAND", "one of the commands below", COMMANDS).add_to(parser)
     parser.add_argument("rest", nargs=argparse.REMAINDER, metavar="...", help="its arguments")
     return parser

@@ -48,7 +48,7 @@ def read_settings(cls: type[Any], table: Mapping[str, Any], joints: int, where: 
     unknown = next((name for name in table if name not in known), None)
     if unknown is not None:
         raise BadSettings(
-            f"{where}: unknown setting '{unknown}'. Valid: {listed(known, unknown)}; see exidyn drivers"
+            f"{where}: unknown setting '{unknown}'. Valid: {listed(known, unknown)}; see exidyn init --driver"
         )
     missing = [f"{n} ({_about(f).text})" for n, f in known.items() if f.default is MISSING and n not in table]
     if missing:

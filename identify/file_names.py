@@ -19,8 +19,8 @@ def file_stem(name: str, default: str = "unnamed") -> str:
     """File name without ending from any text: one path component, not hidden, not reserved, not too long.
 
     Every other character than a letter, digit, underscore, dot or hyphen becomes an underscore. Different
-    names may have the same stem: use `distinct_stems` for the names in one folder, and `unique_stem` for a
-    single name. The default replaces an empty stem, and precedes a reserved name.
+    names may have the same stem: use `distinct_stems` for the names in one folder. The default replaces an
+    empty stem, and precedes a reserved name.
     """
     composed = unicodedata.normalize("NFC", name)
     # A leading dot would hide the file or name the folder above; Windows drops dots at the end.
@@ -28,12 +28,6 @@ def file_stem(name: str, default: str = "unnamed") -> str:
     if stem.partition(".")[0].upper() in RESERVED:
         stem = f"{default}_{stem}"
     return stem if len(stem.encode()) <= LONGEST else _with_checksum(stem, name)
-
-
-def unique_stem(name: str, default: str = "unnamed") -> str:
-    """Stem made by `file_stem`, followed by a checksum of the name if the two differ."""
-    stem = file_stem(name, default)
-    return stem if stem == name else _with_checksum(stem, name)
 
 
 def distinct_stems(names: Sequence[str], default: str = "unnamed") -> list[str]:

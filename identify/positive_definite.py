@@ -1,8 +1,7 @@
 """Cholesky factors of normal matrices and covariances of any rank.
 
 In exact arithmetic such a matrix has no negative eigenvalue. In a direction that the data do not determine,
-rounding may make one, and a Cholesky factorization fails. The functions here return a factor nevertheless,
-with the undetermined directions.
+rounding may make one, and a Cholesky factorization fails. The functions here return a factor nevertheless.
 """
 
 from typing import NamedTuple
@@ -27,13 +26,10 @@ class Factor(NamedTuple):
         triangle: Upper triangle R (n, n) with R^T R equal to the scaled matrix; ignore what is below the
             diagonal.
         scale: One over the square root of the diagonal, shape (n,).
-        undetermined: Undetermined directions: unit vectors of the scaled unknowns, as columns, shape (n, k).
-            Their eigenvalues were raised to the level of rounding errors.
     """
 
     triangle: np.ndarray
     scale: np.ndarray
-    undetermined: np.ndarray
 
 
 def factored(matrix: np.ndarray, ridge: float = 0.0) -> Factor:
@@ -53,13 +49,13 @@ def factored(matrix: np.ndarray, ridge: float = 0.0) -> Factor:
     triangle, failed = lapack.dpotrf(scaled, clean=0)
     # LAPACK does not report NaN; no comparison with NaN is true.
     if not failed and np.min(np.diagonal(triangle)) > np.sqrt(ROUNDING):
-        return Factor(triangle, scale, np.zeros((len(scale), 0)))
+        return Factor(triangle, scale)
     return _singular(scaled, scale)
 
 
 def solve(factor: Factor, right: np.ndarray) -> np.ndarray:
     """Solution for one right-hand side (n,) or several (n, m)."""
-    triangle, scale, _ = factor
+    triangle, scale = factor
     wide = scale if right.ndim == 1 else scale[:, None]
     return np.asarray(wide * lapack.dpotrs(triangle, wide * right)[0])
 
@@ -83,23 +79,14 @@ def inverse(matrix: np.ndarray) -> np.ndarray:
     return solve(factored(matrix), np.eye(len(matrix)))
 
 
-def covariance(factor: Factor) -> np.ndarray:
-    """Inverse of a normal matrix, shape (n, n); variances of undetermined unknowns are infinite."""
-    inverted = solve(factor, np.eye(len(factor.scale)))
-    inverted = 0.5 * (inverted + inverted.T)
-    unknown = np.any(np.square(factor.undetermined) > ROUNDING, axis=1)
-    inverted[unknown, unknown] = np.inf
-    return inverted
-
-
 def whitening(factor: Factor) -> np.ndarray:
     """Matrix W (n, n) that whitens unknowns with covariance M: W M W^T = 1."""
     inverse, _ = lapack.dtrtri(np.triu(factor.triangle))
     return np.asarray(inverse.T * factor.scale)
 
 
-def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Eigenvalues (n,), eigenvectors (n, n) of a scaled matrix, and a mask (n,) of those that are rounding.
+def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (n,) and eigenvectors (n, n) of a scaled matrix.
 
     Eigenvalues are raised to the level of rounding errors, which a negative eigenvalue reveals.
 
@@ -114,7 +101,7 @@ def spectrum(scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         )
     values, axes = np.linalg.eigh(scaled)
     least = max(ROUNDING, -2.0 * float(values[0]))
-    return np.maximum(values, least), axes, values < least
+    return np.maximum(values, least), axes
 
 
 def after_unit_prior(rows: np.ndarray) -> np.ndarray:
@@ -140,10 +127,10 @@ def after_unit_prior(rows: np.ndarray) -> np.ndarray:
 def _singular(scaled: np.ndarray, scale: np.ndarray) -> Factor:
     """Factor of a scaled matrix that is numerically not positive definite."""
     values, axes = np.full(len(scale), ROUNDING), np.eye(len(scale))
-    rounding, nonzero = np.ones(len(scale), bool), np.flatnonzero(np.any(scaled, axis=1))
+    nonzero = np.flatnonzero(np.any(scaled, axis=1))
     if nonzero.size:  # keeps rows of zeros exactly separate from the others
         place = np.ix_(nonzero, nonzero)
-        values[nonzero], axes[place], rounding[nonzero] = spectrum(scaled[place])
+        values[nonzero], axes[place] = spectrum(scaled[place])
     triangle = np.asarray(np.linalg.qr((axes * np.sqrt(values)).T, mode="r"))
     signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
-    return Factor(triangle * signs[:, None], scale, axes[:, rounding])
+    return Factor(triangle * signs[:, None], scale)

@@ -1,5 +1,8 @@
 """Marks: see `markers` in pyproject.toml; a file states its own as `pytestmark`."""
 
+import fcntl
+from pathlib import Path
+
 import pytest
 
 
@@ -10,3 +13,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if (clocked := item.get_closest_marker("clocked")) is not None:
             group = item.path.name if clocked.kwargs.get("patient") else "clock"
             item.add_marker(pytest.mark.xdist_group(group))
+
+
+@pytest.fixture(scope="session")
+def tutorial(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Path:
+    """The folder of `parts/tutorial.py`, to read: the first worker that needs it writes it for all."""
+    from .parts.tutorial import write_tutorial  # which imports all of exidyn
+
+    base = tmp_path_factory.getbasetemp()
+    folder = (base if worker_id == "master" else base.parent) / "tutorial"
+    with open(f"{folder}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (done := folder / "done").exists():
+            write_tutorial(folder)
+            done.touch()
+    return folder

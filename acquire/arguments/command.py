@@ -8,10 +8,8 @@ from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from shutil import get_terminal_size
 from typing import Any, NamedTuple, TypeVar
 
-from .exit_codes import DONE
 from .parser import WIDTH, CommandParser, complaint, nearest
 
 T = TypeVar("T")
@@ -22,7 +20,7 @@ class Option:
     """An option or a positional argument of a command.
 
     Attributes:
-        form: Names and placeholders of the values, as typed. "--exact" takes no value, "--com X Y Z" three,
+        form: Names and placeholders of the values, as typed. "--yes" takes no value, "--com X Y Z" three,
             "--current A..." one or more, "--serve [ADDRESS]" one or none; "runs RUN..." is positional.
         meaning: Help text with the unit; the default is appended.
         kind: Function that converts the text to a value, or the valid values.
@@ -44,6 +42,11 @@ class Option:
     dest: str = ""
     action: type[argparse.Action] | None = None
 
+    @property
+    def key(self) -> str:
+        """Name of its value in the namespace."""
+        return self.dest or self.form.split()[0].lstrip("-").replace("-", "_")
+
     def add_to(self, place: argparse._ActionsContainer) -> None:
         """Add the option to a parser or to an argument group."""
         words = self.form.split()
@@ -55,8 +58,11 @@ class Option:
             settings |= {"default": self.default, **_arity(words[len(names) :]), **self._values()}
         if self.repeated:
             settings["action"] = "extend" if settings.get("nargs") == "+" else "append"
-        extras = {"required": self.required, "dest": self.dest, "action": self.action, "const": self.alone}
-        place.add_argument(*names, **settings, **{key: value for key, value in extras.items() if value})
+        extras = {"required": self.required, "dest": self.dest, "action": self.action}
+        settings |= {key: value for key, value in extras.items() if value}
+        if self.alone is not None:
+            settings["const"] = self.alone
+        place.add_argument(*names, **settings)
 
     def _values(self) -> dict[str, Any]:
         if callable(self.kind):
@@ -109,7 +115,7 @@ class Command:
         options: Options in the order of the help.
         notes: Tables between options and examples.
         usage: Usage line, if the generated one would be too long.
-        run: Function of the parsed arguments that returns the exit code, or None for "done".
+        run: Function of the parsed arguments that returns a `Result`, the exit code, or None for "done".
     """
 
     description: str
@@ -117,21 +123,11 @@ class Command:
     options: Sequence[Option | Group]
     notes: str = ""
     usage: str | None = None
-    run: Callable[[Namespace], int | None] = lambda args: None
+    run: Callable[[Namespace], Any] = lambda args: None
 
-    def __call__(self, run: Callable[[Namespace], int | None]) -> "Command":
+    def __call__(self, run: Callable[[Namespace], Any]) -> "Command":
         """The command with a function to run."""
         return replace(self, run=run)
-
-    def main(self, arguments: Sequence[str]) -> int:
-        """Parse the arguments, run the command, and return the exit code."""
-        parser = self.parser()
-        try:
-            parsed = parser.parse_args(arguments)
-            _fit_to_terminal()
-            return self.run(parsed) or DONE
-        except WrongUse as error:
-            parser.error(str(error))
 
     def parser(self) -> "CommandParser":
         """The parser that reads the command's arguments and prints its help."""
@@ -148,16 +144,34 @@ class Command:
         return parser
 
 
-def _fit_to_terminal() -> None:
-    """Let pages use the width of the terminal that shows them."""
-    if sys.stdout is not None and sys.stdout.isatty():
-        from exidyn.identification.text_table import WIDEST, WIDTH, page_width
-
-        page_width.set(min(max(get_terminal_size().columns, WIDTH), WIDEST))
-
-
 class WrongUse(Exception):
     """Options that exclude each other in a way that the parser cannot check."""
+
+
+def refuse_with(option: str, args: Namespace, others: Iterable[Option]) -> None:
+    """Refuse options of the command line that an option excludes.
+
+    Raises:
+        WrongUse: One of the others has another value than its default.
+    """
+    for name in _stated(args, others):
+        raise WrongUse(f"{option} and {name} cannot be used together")
+
+
+def refuse_without(option: str, args: Namespace, others: Iterable[Option]) -> None:
+    """Refuse options of the command line that only have a meaning with an option that is absent.
+
+    Raises:
+        WrongUse: One of the others has another value than its default.
+    """
+    for name in _stated(args, others):
+        raise WrongUse(f"{name} is only used with {option}")
+
+
+def _stated(args: Namespace, options: Iterable[Option]) -> list[str]:
+    """Names of the options that have another value than their default."""
+    values = ((option, getattr(args, option.key)) for option in options)
+    return [option.form.split()[0] for option, value in values if value not in (None, False, option.default)]
 
 
 def _choice_of(valid: Collection[str]) -> Callable[[str], str]:

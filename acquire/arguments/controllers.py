@@ -12,7 +12,7 @@ from .command import Option
 
 CONTROLLER = (
     Option("--driver DRIVER", "default: the driver of the controller file, or mock"),
-    Option("--controller FILE", "driver and settings (.toml), as 'exidyn drivers DRIVER' prints", Path),
+    Option("--controller FILE", "driver and settings (.toml), as 'exidyn init --driver DRIVER' prints", Path),
     Option("--set NAME=VALUE", "one setting, overrides the file; may be repeated", str, [], repeated=True),
 )
 KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}

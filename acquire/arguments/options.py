@@ -8,7 +8,6 @@ from tempfile import TemporaryFile
 
 import numpy as np
 
-from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.robot_files.description import NAMED
 from exidyn.identification.robot_files.robot_file import builtin_names
 from exidyn.trajectories.errors import BadLimits
@@ -16,8 +15,6 @@ from exidyn.trajectories.errors import BadLimits
 from ..terminal.json_output import SCREEN
 from .command import Option, any_number, not_negative, percent, positive
 
-FLEET = Path("exidyn-fleet")
-"""Default folder of a fleet's results."""
 ROBOT_FILES = f"robot.toml, {NAMED}, or built in: {', '.join(builtin_names())}"
 
 
@@ -32,14 +29,12 @@ def _json_file(text: str) -> Path:
 
 
 PLAN = Option("plan TRAJECTORY", "trajectory file (.toml) of exidyn excite", Path)
-NAME = Option("--name NAME", "name of the run; default: the name of the file")
 SPEED = Option("--speed PERCENT", "percent of the planned speed; default: 100", percent, 1.0)
 VALIDATE = Option("--validate RUN...", "validation runs, which are predicted and not fitted", Path, [])
 AS_RECORDED = Option("--as-recorded", "do not check columns, units and signs of the recordings")
 NO_COLLISION = Option("--no-collision", "do not check collisions of the arm with itself and obstacles")
 CELL = Option("--cell FILE", "TOML with [[obstacle]] and [[region]] rows, see docs", Path)
 CHECK = Option("--check", "first identify a simulated arm: what the motion will determine, and how well")
-PACKAGES = Option("--packages FOLDER...", "folders of meshes", Path, [], repeated=True)
 JSON = Option(
     "--json FILE",
     "also write the result as JSON (FILE.json), or with - print JSON instead of the text",
@@ -55,19 +50,8 @@ BODY = (
     ),
 )
 """Options of the payload on the flange."""
-ALARMS = Option(
-    "--alarms-per-arm-year N",
-    "accepted false alarms, over all parameters of an arm; 0.1 is one in ten years",
-    positive,
-    0.1,
-)
-
-
 FREE = Option("--free RUN...", "runs without contact that the fit has not used, for the threshold", Path, [])
 ALARMS_PER_HOUR = Option("--alarms-per-hour N", "accepted false alarms of contact; default: 1", positive, 1.0)
-BANDWIDTH_OPTION = Option(
-    "--bandwidth HZ", f"bandwidth of the observer; default: {BANDWIDTH:g}", positive, BANDWIDTH
-)
 
 
 def robot_option(why: str = "", required: bool = False) -> Option:
@@ -92,6 +76,14 @@ FILTERS = (
     Option("--standstill RAD/S", f"speed below which a joint sticks; {_BY_DATA}", positive),
 )
 """Options of the filter cutoffs and of the standstill speed."""
+
+
+def view_options(shown: str) -> tuple[Option, ...]:
+    """The options --view and --save of a command that shows something in Rerun's viewer."""
+    return (
+        Option("--view", f"show {shown} in Rerun's viewer"),
+        Option("--save FILE", "save that view as a file (.rrd)", Path),
+    )
 
 
 def payload_name(text: str) -> str:

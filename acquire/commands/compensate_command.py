@@ -19,7 +19,8 @@ from exidyn.identification.text_table import digits, paragraph, table
 
 from ..arguments.command import Command, Option, percent, positive
 from ..arguments.options import JSON, output_option, payload_name, require_file
-from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from ..terminal.json_output import write_whole
+from .result import Result
 
 ENDINGS = (".py", ".hpp")
 """Files that are written: Python, and C++17."""
@@ -30,16 +31,16 @@ ENDINGS = (".py", ".hpp")
     (
         "exidyn compensate exidyn-fit/fit.json",
         "exidyn compensate exidyn-fit/fit.json --payload L --output arm.hpp",
-        "exidyn compensate exidyn-fit/fit.json --servos arm-identified.xml  # offset against sag",
+        "exidyn compensate exidyn-fit/fit.json --robot arm-identified.xml  # offset against sag",
     ),
     (
         Option("fit FIT", "fit.json of exidyn identify", Path),
         output_option("FILE", meaning=".py or .hpp; default: both, named after the robot"),
         JSON,
         Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
-        Option("--servos ARM.xml", "MJCF with the arm's position servos; default: those of the fit", Path),
+        Option("--robot ROBOT", "MJCF with the arm's position servos; default: those of the fit", Path),
         Option(
-            "--band RAD/S",
+            "--standstill RAD/S",
             "speed below which friction is not compensated: 5 times the noise of the controller's velocity; "
             "default: the speed below which joints stood in the runs of the fit",
             positive,
@@ -55,11 +56,11 @@ ENDINGS = (".py", ".hpp")
 compensation (gravity plus friction); with drive gains also current, and with
 position servos position_offset, which is added to the command.""",
 )
-def compensate_command(args: Namespace) -> None:
+def compensate_command(args: Namespace) -> Result:
     """Write the files; print their torques and what they lack."""
     fit = read_fit(args.fit)
-    servos = None if args.servos is None else _servos(args.servos, fit.model.robot.joints)
-    feedforward = make_feedforward(fit, args.payload, servos, args.band, args.friction)
+    servos = None if args.robot is None else _servos(args.robot, fit.model.robot.joints)
+    feedforward = make_feedforward(fit, args.payload, servos, args.standstill, args.friction)
     paths = _paths(args.output, feedforward)
     for path in paths:
         require_file(path, "--output", [args.fit])
@@ -77,8 +78,7 @@ def compensate_command(args: Namespace) -> None:
         "remarks": list(feedforward.remarks),
         "written": [str(path) for path in paths],
     }
-    hand_over("\n".join(_page(feedforward, results)), json_text(content), args.json)
-    print_written(*paths)
+    return Result("\n".join(_page(feedforward, results)), content, paths)
 
 
 def _servos(path: Path, joints: Sequence[str]) -> ServoLaw:
@@ -89,7 +89,7 @@ def _servos(path: Path, joints: Sequence[str]) -> ServoLaw:
     """
     law = servo_law(compile_mjcf(path), joints)
     if law is None:
-        raise FitError(f"--servos {path}: not every joint of the fit has a position servo there")
+        raise FitError(f"--robot {path}: not every joint of the fit has a position servo there")
     return law
 
 

@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,15 +19,19 @@ from exidyn.identification.text_table import digits, paragraph, table
 from ..arguments.command import Command, Option
 from ..arguments.options import (
     ALARMS_PER_HOUR,
-    BANDWIDTH_OPTION,
     FREE,
     JSON,
     output_option,
     payload_name,
     require_file,
+    view_options,
 )
 from ..run.recorder import require_free
-from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from ..terminal.json_output import write_whole
+from .result import Result
+
+if TYPE_CHECKING:
+    from ..views.viewers import View
 
 SHORT = 0.2
 """Duration of the runs without contact below which the page asks for longer ones [h]: from a fifth of the
@@ -46,7 +50,6 @@ usual hour between false alarms on, the extrapolation is short."""
         Option("--fit FIT", "fit.json of exidyn identify", Path, required=True),
         FREE,
         ALARMS_PER_HOUR,
-        BANDWIDTH_OPTION,
         Option(
             "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
         ),
@@ -56,14 +59,13 @@ usual hour between false alarms on, the extrapolation is short."""
             "recording (.mcap)",
         ),
         JSON,
-        Option("--view", "show torques, and the force on the moving arm, in Rerun's viewer"),
-        Option("--save FILE", "save that view as a file (.rrd)", Path),
+        *view_options("torques, and the force on the moving arm,"),
     ),
     """With --payload none, a payload is an external force: its weight is what the
 flange force shows. A payload that the recording states and the fit does not have
 is refused otherwise.""",
 )
-def contact_command(args: Namespace) -> None:
+def contact_command(args: Namespace) -> Result:
     """Print the contacts, and write the estimates."""
     fit = read_fit(args.fit)
     if args.save:
@@ -80,23 +82,19 @@ def contact_command(args: Namespace) -> None:
     if others:
         raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    result = contact(fit, run, free, args.payload, args.alarms_per_hour, args.bandwidth)
+    result = contact(fit, run, free, args.payload, args.alarms_per_hour)
     if args.output is not None and args.output.suffix == ".mcap":
         write_contact(result, args.output, args.run)
     elif args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]
-    hand_over("\n".join(_page(fit, result)), json_text(_table(fit, result, written)), args.json)
-    if written:
-        print_written(*written)
-    if args.view or args.save:
-        from ..views.contact_view import contact_view  # Rerun takes a second to import
-        from ..views.live_view import Targets
-        from ..views.viewers import show
 
-        show(contact_view(result, torque_unit(fit)), Targets(view=args.view, save=args.save))
-        if args.save:
-            print_written(args.save)
+    def view() -> "View":
+        from ..views.contact_view import contact_view
+
+        return contact_view(result, torque_unit(fit))
+
+    return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view)
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:

@@ -13,7 +13,7 @@ from ..arguments.command import Command, Option, any_number, name_lines, valid_i
 from ..arguments.options import output_option
 from ..examples import example_balancer, example_files, example_gains, example_servos
 from ..examples.example_arm import ExampleArm, Step
-from . import command
+from . import run_command
 
 SHORTEST = 20.0
 """Shortest motion [s]: ramps and filters leave too little of a shorter one."""
@@ -139,7 +139,7 @@ def run(steps: Sequence[Step]) -> None:
     """
     for step in steps:
         print(f"\n$ {step}", file=sys.stderr)
-        if command(step.command).main(step.arguments):
+        if run_command(step.command, step.arguments):
             raise ExidynError(f"exidyn {step.command} failed; its output is above")
 
 

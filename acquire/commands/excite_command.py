@@ -1,4 +1,4 @@
-"""exidyn excite: plan the trajectory that identifies a robot best, or another kind of run."""
+"""exidyn excite: plan the trajectory that identifies a robot best, or another kind of run, or show one."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -22,46 +22,51 @@ from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning.goals import two_models, with_bodies
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
+from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Use, limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import summary
-from exidyn.trajectories.search.criteria import CRITERIA
 
-from ..arguments.command import Command, Group, Option, WrongUse, any_number, integer, positive
+from ..arguments.command import (
+    Command,
+    Group,
+    Option,
+    WrongUse,
+    any_number,
+    integer,
+    refuse_with,
+    refuse_without,
+    table_help,
+)
 from ..arguments.options import (
     CELL,
     CHECK,
     JSON,
     NO_COLLISION,
-    PACKAGES,
     ROBOT_FILES,
     joint_values,
     output_option,
     require_file,
 )
 from ..files.clearances import read_clearances
-from ..run.expected_fit import ExpectedFit, expected_fit
-from ..terminal.json_output import hand_over, json_text
+from ..run.expected_fit import expected_fit
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
+from .result import Result
+from .shown_motion import SHOW_HELP, SHOWN, show_motion
 
 OPTIMIZED = "best"
 """Name of the optimized kind of run; the others are made by rule."""
 IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
 """Options that only apply to runs for identification."""
+TRAJECTORY = "trajectory.toml"
+"""Default file of the plan."""
 SEARCH = 60.0
 """Default search time [s]."""
 STAGES = {"make": 0.01, "torque": 0.6, "check": 0.39}
 """Stages of a run made by rule, and their shares of the time."""
 GOAL = (
-    Option(
-        "--criterion NAME",
-        "minimized quantity: condition number of the scaled regressor, volume of the confidence "
-        "ellipsoid (D), average (A) or largest (E) relative std; default: condition, with --after worst, "
-        "with --mass the volume for the drive gains alone",
-        CRITERIA,
-    ),
     Option(
         "--shapes EFFECT...",
         "effects whose shapes are also unknown, such as stribeck_friction",
@@ -89,7 +94,6 @@ GOAL = (
     ),
     Option("--after FIT", "fit.json of earlier runs, which the new run complements", Path),
     Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT"),
-    Option("--trajectories N", "number of trajectories that are planned together; default: 1", integer, 1),
 )
 MOTION = (
     Option(
@@ -114,82 +118,75 @@ LIMITS = (
         any_number,
     ),
     Option("--margin SHARE", "safety margin of velocity, acceleration, jerk and torque", any_number, 0.05),
-    Option(
-        "--sure SHARE",
-        "share of sampled arms (priors, fit) that must stay within the torque limits; 0: nominal arm only",
-        any_number,
-        Wishes.sure,
-    ),
-    CELL,
-    Option("--collision-distance M", "smallest distance between bodies", positive, 0.02),
-    NO_COLLISION,
-    PACKAGES,
 )
-"""Options that exidyn study has as well."""
+
+
+SEARCHING = (
+    Option("--search S", f"search time; default: {SEARCH:g}", any_number),
+    Option(
+        "--iterations N",
+        "iterations of each start instead of a search time, so that a slow or busy computer plans the same "
+        "motion",
+        integer,
+    ),
+    Option("--seed N", "seed of the first start", integer, 0),
+)
 
 
 @Command(
-    "Plan the trajectory that identifies a robot best within its limits. Ctrl-C keeps the best so far.",
+    "Plan the trajectory that identifies a robot best within its limits; Ctrl-C keeps the best so far. Or "
+    "show a planned motion against the limits: a table, and a page of plots.",
     (
         "exidyn excite robot.toml",
         "exidyn excite robot.toml --mass 175 --com 0.1 0 0.2      # a pair of runs, for the drive gains",
         "exidyn excite robot.toml --kind sweeps --joints joint2   # constant velocities, for friction",
+        "exidyn excite robot.toml --show trajectory.toml --view   # plots, and the moving arm",
     ),
     (
-        Option("robot ROBOT", ROBOT_FILES),
-        output_option("FILE", Path("trajectory.toml")),
+        Option("robot [ROBOT]", ROBOT_FILES),
+        output_option(
+            "FILE",
+            meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
+        ),
         JSON,
         Group("goal", GOAL),
         Group("motion", MOTION),
-        Group("limits in addition to those of the robot", LIMITS),
-        Group(
-            "search",
-            (
-                Option("--search S", f"search time; default: {SEARCH:g}", any_number),
-                Option(
-                    "--iterations N",
-                    "iterations of each start instead of a search time, so that a slow or busy computer "
-                    "plans the same motion",
-                    integer,
-                ),
-                Option("--starts N", "number of random starts", integer, 4),
-                Option("--seed N", "seed of the first start", integer, 0),
-            ),
-        ),
+        Group("limits in addition to those of the robot", (*LIMITS, CELL, NO_COLLISION)),
+        Group("search", SEARCHING),
         CHECK,
+        Group("show a planned motion instead", (Option("--show TRAJECTORY", SHOW_HELP, Path), *SHOWN)),
     ),
+    table_help("formats of --to", EXPORTS),
 )
-def excite_command(args: Namespace) -> None:
-    """Plan the motions, print and write them."""
+def excite_command(args: Namespace) -> Result:
+    """Plan the motion, print and write it; or show a planned one."""
+    if args.show:
+        refuse_with("--show", args, [*GOAL, *MOTION, *LIMITS, *SEARCHING, CHECK])
+        return show_motion(args)
+    if not args.robot:
+        raise WrongUse("give ROBOT, or --show TRAJECTORY to show a planned motion")
+    refuse_without("--show TRAJECTORY", args, SHOWN)
     _require_together(args)
-    read = [args.robot, *(path for path in (args.against, args.after, args.cell) if path)]
-    require_file(args.output, "--output", read)
+    path = args.output or Path(TRAJECTORY)
+    read = [args.robot, *(file for file in (args.against, args.after, args.cell) if file)]
+    require_file(path, "--output", read)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
     timed = searched and args.iterations is None
     with Stopwatch({} if searched else STAGES, _search_time(args) if timed else 0.0) as progress:
-        plans, distinguished = _planned(args, model, progress)
+        motion, distinguished = _planned(args, model, progress)
         loaded, _ = with_bodies(model, _bodies(args))
-        checked = [_checked(motion, loaded, progress) for motion in plans]
-        expected = _expected(args, plans, model, progress)
-    pages, tables = [], []
-    for motion, (uses, beyond), path in zip(plans, checked, _paths(args.output, len(plans)), strict=True):
-        write_plan(motion, path)
-        pages += [summary(motion, uses, beyond), *_poor(motion)]
-        pages.append(f"written: {path}; exidyn show {path} --robot {args.robot} draws it")
-        tables.append(plan_table(motion, uses, beyond) | {"written": str(path)})
-    table = {"exidyn_plan": 1, "motions": tables, "distinguished": distinguished}
+        uses, beyond = _checked(motion, loaded, progress)
+        expected = expected_fit([motion], model, _bodies(args), progress=progress) if args.check else None
+    write_plan(motion, path)
+    page = [*_wrapped(distinguished), summary(motion, uses, beyond), *_poor(motion)]
+    page.append(f"written: {path}; exidyn excite {args.robot} --show {path} draws it")
+    motions = [plan_table(motion, uses, beyond) | {"written": str(path)}]
+    table = {"exidyn_plan": 1, "motions": motions, "distinguished": distinguished}
     if expected is not None:
-        pages += _wrapped(expected.sentences)
+        page += _wrapped(expected.sentences)
         table["expected"] = asdict(expected)
-    hand_over("\n".join([*_wrapped(distinguished), *pages]), json_text(table), args.json)
-
-
-def _expected(args: Namespace, plans: Sequence[Plan], model: Model, progress: Progress) -> ExpectedFit | None:
-    """How well the motions determine a simulated arm; None unless it was asked for."""
-    if not args.check:
-        return None
-    return expected_fit(plans, model, _bodies(args), progress=progress)
+    return Result("\n".join(page), table)
 
 
 def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
@@ -213,13 +210,13 @@ def _require_together(args: Namespace) -> None:
         raise WrongUse(f"--joints cannot be used with kind '{OPTIMIZED}', in which all joints move")
 
 
-def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[list[Plan], list[str]]:
-    """Motions, and sentences on how well they distinguish two models."""
-    wishes = wishes_of(args, model, progress)
+def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, list[str]]:
+    """A motion, and sentences on how well it distinguishes two models."""
+    wishes = _wishes(args, model, progress)
     if args.kind != OPTIMIZED:
         progress(StageText("make", f"make {args.kind}"))
         joints = [model.robot.index(joint) for joint in args.joints or ()]
-        return [by_rule(args.kind, model, wishes, joints, progress)], []
+        return by_rule(args.kind, model, wishes, joints, progress), []
     if args.against:
         return _against(args, model, wishes, progress)
     return _search(args, model, wishes, progress), []
@@ -248,52 +245,45 @@ def _search(
     wishes: Wishes,
     progress: Progress,
     goal: Discriminate | None = None,
-) -> list[Plan]:
-    return plan(
+) -> Plan:
+    [motion] = plan(
         model,
         wishes,
         goal=goal,
-        starts=args.starts,
         seed=args.seed,
         seconds=_search_time(args),
         iterations=args.iterations,
         progress=progress,
     )
+    return motion
 
 
 def _search_time(args: Namespace) -> float:
     return SEARCH if args.search is None else float(args.search)
 
 
-def _against(
-    args: Namespace, model: Model, wishes: Wishes, progress: Progress
-) -> tuple[list[Plan], list[str]]:
-    """Runs that distinguish two models, and sentences on how well they do."""
+def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) -> tuple[Plan, list[str]]:
+    """A run that distinguishes two models, and sentences on how well it does."""
     rival = read_model(args.against)
     names = [model.robot.name, rival.robot.name]
     if names[0] == names[1]:
         names = [str(args.robot), str(args.against)]
     limits, _ = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     goal = two_models((model, rival), names, limits, rows_of(wishes))
-    plans = _search(args, model, wishes, progress, goal)
-    lines = []
-    for distinguishing in plans:
-        motion = distinguishing.trajectory.every(0.01).motion()
-        lines += sentences(distinguish(goal, motion, limits, distinguishing.trajectory.duration))
-    return plans, lines
+    best = _search(args, model, wishes, progress, goal)
+    motion = best.trajectory.every(0.01).motion()
+    return best, sentences(distinguish(goal, motion, limits, best.trajectory.duration))
 
 
-def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
+def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
     start = joint_values(args.start, model.robot.dof, "--start")
     window = joint_values(args.window, model.robot.dof, "--window")
     return Wishes(
-        criterion=args.criterion,
         harmonics=args.harmonics,
         period=args.period,
         seconds=args.length,
-        series=args.trajectories,
         margins=replace(
             Margins(),
             velocity=args.margin,
@@ -309,13 +299,10 @@ def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
             model.robot,
             cell=args.cell,
             collision=not args.no_collision,
-            distance=args.collision_distance,
-            packages=args.packages,
             say=progress,
         ),
         shapes=args.shapes,
         focus=args.focus,
-        sure=args.sure,
         bodies=_bodies(args),
         fit=None if args.after is None else read_fit(args.after),
     )
@@ -330,10 +317,3 @@ def _bodies(args: Namespace) -> list[tuple[tuple[str, float], ...]]:
             "payload; give it once for each --mass, or not at all"
         )
     return [known_parameters(mass, center) for mass, center in zip(args.mass, centers, strict=True)]
-
-
-def _paths(output: Path, count: int) -> list[Path]:
-    """File of each trajectory: the output, with numbers from 1 if there are several."""
-    if count == 1:
-        return [output]
-    return [output.with_stem(f"{output.stem}-{number}") for number in range(1, count + 1)]

@@ -30,7 +30,8 @@ from exidyn.identification.text_table import table as text_table
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import JSON, output_option, require_file
 from ..files.given_runs import ARM_HELP, read_arm
-from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from ..terminal.json_output import write_whole
+from .result import Result
 
 
 @Command(
@@ -57,7 +58,7 @@ from ..terminal.json_output import hand_over, json_text, print_written, write_wh
     + "\n\n"
     + table_help("formats of a recording (.mcap)", TABLES),
 )
-def export_command(args: Namespace) -> None:
+def export_command(args: Namespace) -> Result:
     """Write the file, and print what it lacks."""
     _check_patch(args)
     changes: tuple[Change, ...] | None = None
@@ -93,8 +94,7 @@ def export_command(args: Namespace) -> None:
         "written": str(path),
     }
     text = _summary(args.to, missing, moved, () if changes is None else _changes(changes))
-    hand_over(text, json_text(table), args.json)
-    print_written(path)
+    return Result(text, table, [path])
 
 
 def _servos_of_file(source: str, robot: Robot) -> ServoLaw | None:

@@ -3,8 +3,9 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from exidyn.identification.in_mujoco.answer import Answer
 from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.drive_gains import DriveGains
 from exidyn.identification.in_mujoco.gap import Gap, gap
-from exidyn.identification.in_mujoco.judge import JOINTS, TOOL
 from exidyn.identification.in_mujoco.ladder import Stage
 from exidyn.identification.in_mujoco.replay import POSITION, TORQUE
 from exidyn.identification.in_mujoco.trial import Source
@@ -38,11 +38,16 @@ from ..arguments.options import (
     make_folder,
     output_option,
     require_file,
+    view_options,
 )
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..files.simulated_arm import controlled, import_runs, simulated_arm
-from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Stopwatch
+from .result import Result
+
+if TYPE_CHECKING:
+    from ..views.viewers import View
 
 STAGES = {
     "read": 0.02, "servos": 0.08, "filter": 0.03, "form": 0.1, "search": 0.25, "weigh": 0.05, "simulate": 0.2,
@@ -72,11 +77,6 @@ STAGES = {
             (POSITION, TORQUE),
         ),
         Option(
-            "--judge TARGET",
-            "whose error decides what is written: the tool point, or all joints alike; default: tool",
-            (TOOL, JOINTS),
-        ),
-        Option(
             "--kp KP...",
             "torque per position error of a controller that drives the file's motors, one number or one per "
             "joint [N m/rad]",
@@ -85,8 +85,7 @@ STAGES = {
         Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", any_number),
         *FILTERS,
         output_option("FOLDER", Path("exidyn-gap")),
-        Option("--view", "show the recorded arm and both simulations in Rerun's viewer"),
-        Option("--save FILE", "save that view as a file (.rrd)", Path),
+        *view_options("the recorded arm and both simulations"),
         JSON,
         AS_RECORDED,
     ),
@@ -95,7 +94,7 @@ the findings, for exidyn.mujoco.attach. Nothing is written that moves the simula
 the held-out runs away from them. Runs imported with --effort command have the torque
 of the file's position servos.""",
 )
-def gap_command(args: Namespace) -> None:
+def gap_command(args: Namespace) -> Result:
     """Simulate and diagnose, write and print the results."""
     make_folder(args.output)
     if args.save:
@@ -116,26 +115,19 @@ def gap_command(args: Namespace) -> None:
             filtering,
             progress,
             args.as_recorded,
-            args.judge or TOOL,
         )
     written = _write(result, args, original)
     table = _table(result, written)
-    (args.output / "report.html").write_text(gap_html(result, written), encoding="utf-8")
-    hand_over(gap_text(result, written), json_text(table), args.json)
+    report = args.output / "report.html"
+    report.write_text(gap_html(result, written), encoding="utf-8")
     paths = [Path(path) for path in dict.fromkeys(written) if path]
-    print_written(*paths, args.output / "report.html", *_show(result, model, args))
+    return Result(gap_text(result, written), table, [*paths, report], partial(_view, result, model))
 
 
-def _show(result: Gap, model: Model, args: Namespace) -> list[Path]:
-    """Open or save the view, if requested: Rerun takes a second to import."""
-    if not (args.view or args.save):
-        return []
+def _view(result: Gap, model: Model) -> "View":
     from ..views.gap_view import gap_view
-    from ..views.live_view import Targets
-    from ..views.viewers import show
 
-    show(gap_view(result, model), Targets(view=args.view, save=args.save))
-    return [args.save] if args.save else []
+    return gap_view(result, model)
 
 
 def _source(path: Path) -> Source:

@@ -1,7 +1,9 @@
 """exidyn identify: identify dynamics and drive gains from recordings."""
 
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.estimators import ESTIMATORS
@@ -26,10 +28,14 @@ from ..arguments.options import (
     output_option,
     require_file,
     robot_option,
+    view_options,
 )
 from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
-from ..terminal.json_output import hand_over, print_written
 from ..terminal.stopwatch import Stopwatch
+from .result import Result
+
+if TYPE_CHECKING:
+    from ..views.viewers import View
 
 STAGES = {
     "read": 0.1,
@@ -66,7 +72,6 @@ STAGES = {
             ESTIMATORS,
         ),
         AS_RECORDED,
-        Option("--keep-all", "keep parameters that are indistinguishable from zero"),
         Option(
             "--shapes EFFECT...",
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
@@ -76,39 +81,40 @@ STAGES = {
         *FILTERS,
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
-        Option("--view", "show measurement and prediction in Rerun's viewer"),
-        Option("--save FILE", "save that view as a file (.rrd)", Path),
+        *view_options("measurement and prediction"),
     ),
     table_help("estimators", ESTIMATORS),
 )
-def identify_command(args: Namespace) -> None:
+def identify_command(args: Namespace) -> Result:
     """Identify, print and write the fit."""
-    with Stopwatch(STAGES) as progress:
-        _identify(args, progress)
-
-
-def _identify(args: Namespace, progress: Stopwatch) -> None:
     make_folder(args.output)
     if args.save:
         require_file(args.save, "--save", [*args.runs, *args.validate])
     model = read_model(args.robot) if args.robot else None
-    progress(StageText("read", "read the recordings"))
-    runs, held_out = _recordings(args, model)
-    fit = identify(
-        runs,
-        held_out,
-        model=model,
-        estimator=ESTIMATORS[args.estimator] if args.estimator else None,
-        filtering=Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill),
-        drop=not args.keep_all,
-        fitted_shapes=args.shapes,
-        as_recorded=args.as_recorded,
-        repeat=args.repeat,
-        progress=progress,
-    )
-    progress.close()
-    hand_over(summary(fit), fit_text(fit), args.json)
-    _write(fit, args)
+    with Stopwatch(STAGES) as progress:
+        progress(StageText("read", "read the recordings"))
+        runs, held_out = _recordings(args, model)
+        fit = identify(
+            runs,
+            held_out,
+            model=model,
+            estimator=ESTIMATORS[args.estimator] if args.estimator else None,
+            filtering=Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill),
+            fitted_shapes=args.shapes,
+            as_recorded=args.as_recorded,
+            repeat=args.repeat,
+            progress=progress,
+        )
+    file, report = args.output / "fit.json", args.output / "report.html"
+    write_fit(fit, file)
+    report.write_text(report_html(fit), encoding="utf-8")
+    return Result(summary(fit), fit_text(fit), [file, report], partial(_view, fit))
+
+
+def _view(fit: Fit) -> "View":
+    from ..views.fit_view import fit_view
+
+    return fit_view(fit)
 
 
 def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
@@ -123,19 +129,3 @@ def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], 
     held_out += [recording for path in args.validate for recording in import_source(path, model)]
     recordings = distinct_bodies([*runs, *held_out])
     return recordings[: len(runs)], recordings[len(runs) :]
-
-
-def _write(fit: Fit, args: Namespace) -> None:
-    """Write fit.json and report.html, show or save the view, and print the paths on standard error."""
-    folder = args.output
-    write_fit(fit, folder / "fit.json")
-    (folder / "report.html").write_text(report_html(fit), encoding="utf-8")
-    print_written(folder / "fit.json", folder / "report.html")
-    if args.view or args.save:
-        from ..views.fit_view import fit_view  # Rerun takes a second to import
-        from ..views.live_view import Targets
-        from ..views.viewers import show
-
-        show(fit_view(fit), Targets(view=args.view, save=args.save))
-        if args.save:
-            print_written(args.save)

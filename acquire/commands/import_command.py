@@ -25,10 +25,10 @@ from exidyn.identification.robot_files.mjcf_drives import servo_stiffness
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits
 
-from ..arguments.command import Command, Option, name_lines, not_negative, positive
+from ..arguments.command import Command, Option, name_lines, positive
 from ..arguments.options import JSON, make_folder, output_option, require_file, robot_option
-from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import payload_words, recording_table, warning_lines
+from .result import Result
 
 NAMES = """columns of a table, unless --columns names others (joints count from 1):
   t                    time [s]
@@ -85,12 +85,6 @@ NAMED = (
         "position error of its servos replaces the current",
         (*EFFORT, COMMAND),
     ),
-    Option(
-        "--servo-gain K",
-        "factor of that error, if servo gains differ between runs",
-        positive,
-    ),
-    Option("--servo-limit E", "error at which a servo saturates, multiplied by --servo-gain [rad]", positive),
 )
 """Options on names and meanings in a table or a bag."""
 UNITS = (
@@ -99,8 +93,8 @@ UNITS = (
     ),
     Option(
         "--units SIGNAL=UNIT...",
-        "units of a table's columns, one for all joints or one per joint with commas: deg, mA, ...; for "
-        "positions also %% (-100 to 100) and 0-100%% of each joint's range",
+        "units of a table's columns, one for all joints or one per joint with commas: time=ms, current=mA, "
+        "...; for positions also %% (-100 to 100) and 0-100%% of each joint's range",
         named,
     ),
     Option("--rate HZ", "sampling rate of a table or arrays without time", positive),
@@ -110,8 +104,6 @@ UNITS = (
         "is multiplied, the others are divided by the robot's [drive] gear_ratio",
         BEFORE_GEAR,
     ),
-    Option("--time-scale S", "seconds per unit of the time column", positive),
-    Option("--skip-rows N", "rows to skip below the names", not_negative),
 )
 """Options on units and rows of a table."""
 
@@ -141,7 +133,7 @@ UNITS = (
     ),
     f"{name_lines('kinds', {name: entry.content for name, entry in IMPORTERS.items()})}\n\n{NAMES}",
 )
-def import_command(args: Namespace) -> None:
+def import_command(args: Namespace) -> Result:
     """Import the log, write its runs, and print their contents."""
     run = read_recording(args.align) if args.align else None
     model = read_model(args.robot) if args.robot else (run.model if run else None)
@@ -172,7 +164,7 @@ def import_command(args: Namespace) -> None:
         suspected = None if suspicion is None else asdict(suspicion)
         tables.append(recording_table(recording) | {"written": str(path), "suspicion": suspected})
     page = "\n".join(_line(recording, path) for path, recording in written.items())
-    hand_over(page, json_text({"exidyn_import": 1, "recordings": tables}), args.json)
+    return Result(page, {"exidyn_import": 1, "recordings": tables})
 
 
 def _servo_doubts(args: Namespace, recording: Recording) -> list[str]:
@@ -191,8 +183,7 @@ def _axes(run: Recording) -> dict[str, list[float]]:
 
 def _options(args: Namespace) -> dict[str, Any]:
     """Options for the importer, which refuses unknown ones."""
-    names = ["degrees", "motor_side", "time_scale", "skip_rows", "preset", "joints", "topic", "effort"]
-    names += ["servo_gain", "servo_limit", "rate"]
+    names = ["degrees", "motor_side", "preset", "joints", "topic", "effort", "rate"]
     options = {name: getattr(args, name) for name in names}
     options["motor_side"] = True if args.motor_side == [] else args.motor_side
     options |= {name: dict(getattr(args, name) or ()) or None for name in ("columns", "units")}

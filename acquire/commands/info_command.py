@@ -1,4 +1,4 @@
-"""exidyn info: contents of recordings; exidyn recover: rebuild recordings after a crash or a bad copy."""
+"""exidyn info: contents of recordings, and recordings rebuilt after a crash or a bad copy."""
 
 import sys
 from argparse import Namespace
@@ -10,49 +10,52 @@ from exidyn.identification.recordings.mcap.mcap_recover import Recovered, recove
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 
-from ..arguments.command import Command, Option
+from ..arguments.command import Command, Option, refuse_with, refuse_without
 from ..arguments.exit_codes import DONE, LOST
 from ..arguments.options import JSON, output_option, require_file, robot_option
-from ..terminal.json_output import hand_over, json_text
 from ..terminal.recording_text import describe, recording_table
+from .result import Result
+
+OUTPUT = output_option("FILE", meaning="name of the repaired file, with --repair")
+ROBOT = robot_option("for tables, which do not contain their robot")
 
 
 @Command(
-    "Print the contents of recordings.",
-    ("exidyn info run.mcap", "exidyn info run.mcap --json -"),
+    "Print the contents of recordings, or repair recordings that end abruptly or are damaged.",
+    ("exidyn info run.mcap", "exidyn info run.mcap --json -", "exidyn info --repair run.mcap.part"),
     (
-        Option("runs RUN...", "recording (.mcap) or table (.csv)", Path),
-        robot_option("for tables, which do not contain their robot"),
+        Option("runs RUN...", "recording (.mcap; .mcap.part with --repair) or table (.csv)", Path),
+        ROBOT,
         JSON,
+        Option(
+            "--repair", "write what is readable of damaged recordings to new files; the originals are kept"
+        ),
+        OUTPUT,
     ),
+    f"""Repaired, run.mcap.part becomes run.mcap if that does not exist; other files become
+run.recovered.mcap. Exit code {LOST}: part of the recording is lost.""",
 )
-def info_command(args: Namespace) -> None:
-    """Print the contents of recordings."""
+def info_command(args: Namespace) -> Result | int:
+    """Print the contents of recordings, or repair them."""
+    if args.repair:
+        refuse_with("--repair", args, [ROBOT, JSON])
+        return _repair(args.runs, args.output)
+    refuse_without("--repair", args, [OUTPUT])
     model = read_model(args.robot) if args.robot else None
     recordings = [recording for path in args.runs for recording in import_source(path, model)]
     table = {"exidyn_info": 1, "recordings": [recording_table(recording) for recording in recordings]}
-    hand_over("\n\n".join(map(describe, recordings)), json_text(table), args.json)
+    return Result("\n\n".join(map(describe, recordings)), table)
 
 
-@Command(
-    "Recover recordings that end abruptly or are damaged; the original files are kept.",
-    ("exidyn recover run.mcap.part", "exidyn recover cut.mcap -o recovered.mcap"),
-    (
-        Option("runs RUN...", "recording (.mcap, .mcap.part)", Path),
-        output_option("FILE", meaning="name of the recovered file"),
-    ),
-    f"""run.mcap.part becomes run.mcap if that does not exist; other files become
-run.recovered.mcap. Exit code {LOST}: part of the recording is lost.""",
-)
-def recover_command(args: Namespace) -> int:
+def _repair(files: list[Path], output: Path | None) -> int:
     """Write a recovered file beside each damaged one, and print what is lost."""
-    if args.output and len(args.runs) > 1:
-        raise RecordingError(f"--output is one file, but there are {len(args.runs)} recordings; omit it")
-    if args.output and not args.output.exists():  # for an existing file, the errors below are clearer
-        require_file(args.output, "--output")
+    if output and len(files) > 1:
+        raise RecordingError(f"--output is one file, but there are {len(files)} recordings; omit it")
+    if output and not output.exists():  # for an existing file, the errors below are clearer
+        require_file(output, "--output")
     lost = False
-    for file in args.runs:
-        target = args.output or target_of(file)
+    for file in files:
+        target = output or target_of(file)
         recovered = recover(file, target)
         print(_recovered_line(file, target, recovered))
         for loss in recovered.lost:

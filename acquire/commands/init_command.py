@@ -1,4 +1,4 @@
-"""exidyn init: propose a robot.toml and the meaning of a log's columns, from a log and a URDF or MJCF."""
+"""exidyn init: propose a robot.toml and the meaning of a log's columns, or print a driver's settings."""
 
 import os
 import shlex
@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from exidyn.drivers import driver_class, explain, known_drivers
 from exidyn.identification.errors import ExidynError, RecordingError, listed
 from exidyn.identification.model import Model
 from exidyn.identification.notebook import counted
@@ -39,11 +40,12 @@ from exidyn.identification.recordings.tables.table import Table
 from exidyn.identification.robot_files.description import NAMED, is_description, movable_joints
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ..arguments.command import Command, Option, positive
+from ..arguments.command import Command, Group, Option, WrongUse, positive, refuse_with
 from ..arguments.options import JSON, output_option, require_file
-from ..terminal.json_output import hand_over, json_text, print_written, write_whole
+from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS
+from .result import Result
 
 CLOCK = "time [s]"
 """Name under which the time column of a log is proposed."""
@@ -59,45 +61,79 @@ AS_TABLE = (
 )
 
 
+LOGS = Option(
+    "logs [LOG...]",
+    "file or folder that exidyn import reads; several are runs of one arm with equal columns",
+    Path,
+    [],
+)
+ROBOT = Option("--robot ROBOT", f"description of the arm: {NAMED}, or a robot.toml", Path)
+PRESET = Option("--preset FILE", f"file of the preset; default: {BESIDE} beside the log", Path)
+RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", positive)
+
+
 @Command(
     "Propose the meaning, units and signs of a log's columns and rough drive gains; write a robot.toml, and "
-    "for a table the preset with which exidyn import reads it.",
+    "for a table the preset with which exidyn import reads it. Or print the settings of a driver.",
     (
         "exidyn init log.csv --robot arm.urdf",
-        "exidyn init runs/*.csv --robot arm.urdf",
-        "exidyn init log.csv --robot arm.xml",
-        "exidyn init log.mat --robot arm.urdf -o arm/robot.toml",
+        "exidyn init runs/*.csv --robot arm.xml -o arm/robot.toml",
+        "exidyn init --driver can_mit > cell.toml",
+        "exidyn init --driver kuka_rsi --for-host 172.31.1.10 > RSI_EthernetConfig.xml",
     ),
     (
-        Option(
-            "logs LOG...",
-            "file or folder that exidyn import reads; several are runs of one arm with equal columns",
-            Path,
-        ),
-        Option(
-            "--robot ROBOT",
-            f"description of the arm: {NAMED}, or a robot.toml",
-            Path,
-            required=True,
-        ),
+        LOGS,
+        ROBOT,
         output_option("FILE", Path("robot.toml")),
-        Option("--preset FILE", f"file of the preset; default: {BESIDE} beside the log", Path),
+        PRESET,
         COLUMNS,
-        Option("--rate HZ", "sampling rate of a table or arrays without time", positive),
+        RATE,
         Option("--force", "overwrite existing files"),
         JSON,
+        Group(
+            "print a controller file instead, for exidyn record, watch and jog",
+            (
+                Option(
+                    "--driver [DRIVER]",
+                    f"settings of {', '.join(known_drivers())}, each explained; without a name, list these",
+                    alone="",
+                ),
+                Option(
+                    "--for-host ADDRESS",
+                    "instead the file with which the controller finds this host, if it needs one (kuka_rsi: "
+                    "RSI_EthernetConfig.xml)",
+                    dest="address",
+                ),
+            ),
+        ),
     ),
     f"""A guess is written if its probability is at least {100 * DECIDED:.0f} %. What the log does not
 decide stays open: it is a comment in the robot.toml, and is printed with advice
 on how to decide it.""",
 )
-def init_command(args: Namespace) -> None:
-    """Read the logs, write and print the proposal."""
+def init_command(args: Namespace) -> Result | None:
+    """Read the logs, write and print the proposal; or print the settings of a driver."""
+    if args.driver is not None:
+        refuse_with("--driver", args, [LOGS, ROBOT, PRESET, COLUMNS, RATE, JSON])
+        _print_driver(args.driver, args.address)
+        return None
+    if not args.logs or args.robot is None or args.address:
+        raise WrongUse("give LOG and --robot ROBOT, or --driver DRIVER to print the settings of a driver")
     with Stopwatch() as progress:
-        _init(args, progress)
+        return _init(args, progress)
 
 
-def _init(args: Namespace, progress: Progress) -> None:
+def _print_driver(name: str, address: str | None) -> None:
+    """Print a controller file to be filled in, or the controller's own file; without a name, the drivers."""
+    drivers = known_drivers()
+    if name:
+        print(driver_class(name).controller_file(address) if address else explain(name), end="")
+    else:
+        width = max(map(len, drivers))
+        print("\n".join(f"{name:<{width}}  {entry.purpose}" for name, entry in drivers.items()))
+
+
+def _init(args: Namespace, progress: Progress) -> Result:
     progress("read the log")
     log = args.logs[0]
     preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE
@@ -142,10 +178,9 @@ def _init(args: Namespace, progress: Progress) -> None:
     page = proposal_text(proposal) + (f"\n\n{following}" if next_command else "")
     written = [str(path) for path in texts]
     content = as_json(proposal, written, "" if refusal else next_command) | {"refusal": refusal}
-    hand_over(page, json_text(content), args.json)
-    print_written(*texts)
     if undecided:
         print(f"no {BESIDE} written: {', '.join(undecided)} not decided", file=sys.stderr)
+    return Result(page, content, tuple(texts))
 
 
 def _in_si(proposal: Proposal) -> Proposal:

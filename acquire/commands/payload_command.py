@@ -25,23 +25,33 @@ from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, viol
 from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 from exidyn.trajectories.plans.plan_summary import summary
 
-from ..arguments.command import Command, Group, Option, WrongUse, any_number, positive, table_help
+from ..arguments.command import (
+    Command,
+    Group,
+    Option,
+    WrongUse,
+    any_number,
+    positive,
+    refuse_with,
+    refuse_without,
+    table_help,
+)
 from ..arguments.options import (
     AS_RECORDED,
     CELL,
     FILTERS,
     JSON,
     NO_COLLISION,
-    PACKAGES,
     joint_values,
+    output_option,
     require_file,
     robot_option,
     seed_option,
 )
 from ..files.clearances import read_clearances
-from ..terminal.json_output import hand_over, json_text
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
+from .result import Result
 
 LENGTH = 18.0
 """Default duration of the motion [s]."""
@@ -49,21 +59,31 @@ SEARCH = 30.0
 """Default search time [s]."""
 OPEN = 0.3
 """Mean relative standard deviation beyond which the payload would count as not determined."""
+MOVING, POSES = "moving", "poses"
+"""Kinds of motion."""
 PLAN = (
-    Option(
-        "--plan FILE", "plan the motion for it instead, and write it (.toml); needs --robot or --fit", Path
-    ),
-    Option("--up-to KG", "largest mass that the motion must allow, required with --plan", positive),
+    Option("--up-to KG", "plan the motion for payloads up to this mass; needs --robot or --fit", positive),
     Option("--reach M", "largest distance of its center from the flange; default: 0.2", positive, 0.2),
-    Option("--poses", "rest at poses instead, for arms that must be slow: mass and center only"),
+    Option(
+        "--kind KIND",
+        f"{POSES}: rest at poses, for arms that must be slow: mass and center only; default: {MOVING}",
+        (MOVING, POSES),
+        MOVING,
+    ),
     Option("--length S", f"largest duration; default: {LENGTH:g}", positive, LENGTH),
     Option("--search S", f"search time; default: {SEARCH:g}", positive, SEARCH),
     Option("--start Q...", "pose at start and end [rad]", any_number),
+    output_option("FILE", Path("payload.toml")),
     seed_option("seed of the search"),
     CELL,
     NO_COLLISION,
-    PACKAGES,
 )
+RUNS = Option("runs [RUN...]", "run with the payload (.mcap, .csv); the same payload in all", Path, [])
+FORMS = Option(
+    "--for CONTROLLER...", "also print the payload as these take it, see below", FORMATS, [], dest="forms"
+)
+EMPTY = Option("--empty RUN...", "run without the payload, best of the same motion", Path, [])
+COM = Option("--com X Y Z", "its center of mass in the flange frame, if it is known [m]", any_number)
 STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0.15}
 """Stages and their shares of the time."""
 
@@ -74,37 +94,30 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
         "exidyn payload loaded.mcap --fit exidyn-fit/fit.json --for ur",
         "exidyn payload loaded.mcap --empty empty.mcap --for kuka abb",
         "exidyn payload loaded.csv --robot arm.urdf      # the widest intervals",
-        "exidyn payload --plan weigh.toml --robot robot.toml --up-to 10",
+        "exidyn payload --up-to 10 --robot robot.toml -o weigh.toml",
     ),
     (
-        Option("runs [RUN...]", "run with the payload (.mcap, .csv); the same payload in all", Path, []),
+        RUNS,
         Option("--fit FIT", "fit.json of the arm without the payload: the narrowest intervals", Path),
-        Option("--empty RUN...", "run without the payload, best of the same motion", Path, []),
+        EMPTY,
         robot_option("replaces the robot in the recordings"),
-        Option("--com X Y Z", "its center of mass in the flange frame, if it is known [m]", any_number),
-        Option(
-            "--for CONTROLLER...",
-            "also print the payload as these take it, see below",
-            FORMATS,
-            [],
-            dest="forms",
-        ),
+        COM,
+        FORMS,
         *FILTERS,
         JSON,
         AS_RECORDED,
-        Group("plan the motion", PLAN),
+        Group("plan the motion instead", PLAN),
     ),
     table_help("controllers", FORMATS),
 )
-def payload_command(args: Namespace) -> None:
+def payload_command(args: Namespace) -> Result:
     """Identify the payload and print it, or plan the motion for it."""
-    if args.plan:
-        _plan(args)
-        return
-    if args.up_to or args.poses or args.start:
-        raise WrongUse("--up-to, --poses and --start are for --plan FILE, which plans the motion")
+    if args.up_to:
+        refuse_with("--up-to", args, [RUNS, EMPTY, COM, FORMS, *FILTERS, AS_RECORDED])
+        return _plan(args)
+    refuse_without("--up-to KG", args, PLAN)
     if not args.runs:
-        raise WrongUse("give a run with the payload, or --plan FILE to plan the motion for one")
+        raise WrongUse("give a run with the payload, or --up-to KG to plan the motion for one")
     if args.fit and args.empty:
         raise WrongUse("--fit and --empty cannot be used together: the fit already knows the empty arm")
     if args.fit and args.robot:
@@ -112,7 +125,7 @@ def payload_command(args: Namespace) -> None:
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         result = _weighed(args, progress)
-    hand_over(payload_text(result, args.forms), json_text(payload_table(result, args.forms)), args.json)
+    return Result(payload_text(result, args.forms), payload_table(result, args.forms))
 
 
 def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
@@ -152,22 +165,18 @@ def _read(paths: list[Path], model: Model | None, fit: Fit | None) -> list[Recor
     return [run for path in paths for run in import_source(path, arm)]
 
 
-def _plan(args: Namespace) -> None:
+def _plan(args: Namespace) -> Result:
     """Plan the motion, print and write it."""
-    if args.runs or args.empty:
-        raise WrongUse("--plan cannot be used together with runs: plan the motion first, then record it")
-    if args.com or args.forms:
-        raise WrongUse("--com and --for are for a run, and --plan has none yet: use them after the recording")
-    if not args.up_to or not (args.robot or args.fit):
-        raise WrongUse("--plan needs --up-to KG, and the arm as --robot or --fit")
-    require_file(args.plan, "--plan", [path for path in (args.robot, args.fit) if path])
+    if not (args.robot or args.fit):
+        raise WrongUse("--up-to needs the arm as --robot or --fit")
+    require_file(args.output, "--output", [path for path in (args.robot, args.fit) if path])
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if fit is None else fit.model
-    with Stopwatch({}, 0.0 if args.poses else args.search) as progress:
+    with Stopwatch({}, 0.0 if args.kind == POSES else args.search) as progress:
         motion = _planned(args, model, fit, progress)
         torque = nominal_torque(motion, model)
     uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
-    write_plan(motion, args.plan)
+    write_plan(motion, args.output)
     page = [summary(motion, uses, beyond)]
     if motion.reached > OPEN:
         page += paragraph(
@@ -176,16 +185,17 @@ def _plan(args: Namespace) -> None:
             "  ",
             "  ",
         )
-    page.append(f"written: {args.plan}; exidyn record {args.plan} --robot ROBOT plays it with the payload")
-    table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.plan)}]}
-    hand_over("\n".join(page), json_text(table), args.json)
+    page.append(
+        f"written: {args.output}; exidyn record {args.output} --robot ROBOT plays it with the payload"
+    )
+    table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.output)}]}
+    return Result("\n".join(page), table)
 
 
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
     clearances = () if not args.robot else read_clearances(
-        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, packages=args.packages,
-        say=progress,
+        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=progress,
     )  # fmt: skip
     start = joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)
@@ -193,7 +203,7 @@ def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress)
         model,
         AnyPayload(args.up_to, args.reach),
         wishes,
-        poses=args.poses,
+        poses=args.kind == POSES,
         seed=args.seed,
         seconds=args.search,
         progress=progress,

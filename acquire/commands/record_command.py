@@ -29,9 +29,7 @@ from ..arguments.options import (
     CELL,
     CHECK,
     JSON,
-    NAME,
     NO_COLLISION,
-    PACKAGES,
     PLAN,
     SPEED,
     output_option,
@@ -65,7 +63,6 @@ MOTION = (
     SPEED,
     Option("--long", "allow a run of more than an hour"),
     Option("--approach", "move slowly from the current position to the start of the motion"),
-    PACKAGES,
     NO_COLLISION,
     CELL,
     Option("--dry-run", "only rehearse on the mock, and record the rehearsal"),
@@ -86,8 +83,6 @@ MOTION = (
         robot_option(required=True),
         output_option("FILE", meaning="default: run.mcap, run-2.mcap, ..."),
         JSON,
-        NAME,
-        Option("--note TEXT", "remark on the run, stored in the recording", default=""),
         Group("controller", DRIVING),
         Group("motion", MOTION),
         Group("limits that stop the run", STOPS),
@@ -95,7 +90,7 @@ MOTION = (
         Group("live view", VIEW),
     ),
     name_lines(
-        "drivers ('exidyn drivers DRIVER' lists the settings of one)",
+        "drivers ('exidyn init --driver DRIVER' lists the settings of one)",
         {name: entry.purpose for name, entry in known_drivers().items()},
     ),
     "exidyn record [-h] TRAJECTORY --robot ROBOT [option ...]",
@@ -110,8 +105,7 @@ def record_command(args: Namespace) -> int:
     if not args.dry_run:
         require_mock(args, name)
     path, targets = free_path(args.output, "run"), Targets(args.view, args.serve, args.save)
-    run = args.name or path.stem
-    plant = _plant(args, ready, payload, run)
+    plant = _plant(args, ready, payload, path.stem)
     driver = make_driver(name, settings, ready.model.robot, plant)
     if args.dry_run:
         rehearsed = {"cycle": _cycle(driver, ready)}
@@ -141,13 +135,12 @@ def record_command(args: Namespace) -> int:
     # Prepared before the loop, which has no time for it; the trajectory is stored at full speed.
     head = partial(
         run_head,
-        name=run,
+        name=path.stem,
         model=read_model(args.robot),
         driver=name,
         payload=payload,
         trajectory=plan_text(within(plan, ready.model.robot)),
         speed=f"{args.speed:g}",
-        note=args.note,
     )
     outcome = _record(targets, driver, job, path, head, _advice(plan), args.json)
     return code_of(outcome)
@@ -217,7 +210,6 @@ def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, .
         model.robot,
         cell=args.cell,
         collision=not args.no_collision,
-        packages=args.packages,
     )
 
 

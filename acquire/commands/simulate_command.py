@@ -1,4 +1,4 @@
-"""exidyn simulate: simulate a planned motion in closed loop, and write the recording."""
+"""exidyn simulate: simulate a planned motion in closed loop, and compare it with a recording."""
 
 import time
 from argparse import Namespace
@@ -13,17 +13,24 @@ from exidyn.identification.errors import NeedsPayload, RobotError
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import KnownPayload, Recording
-from exidyn.identification.simulation.plant import Transmission
 from exidyn.identification.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_limits import file_warnings
 
-from ..arguments.command import Command, Group, Option, any_number, positive, print_warning, valid_if
+from ..arguments.command import (
+    Command,
+    Group,
+    Option,
+    WrongUse,
+    positive,
+    print_warning,
+    refuse_without,
+    valid_if,
+)
 from ..arguments.options import (
     BODY,
     JSON,
-    NAME,
     PLAN,
     SPEED,
     output_option,
@@ -34,8 +41,9 @@ from ..arguments.run_options import PAYLOAD
 from ..files.given_runs import ARM_HELP, read_arm
 from ..run.arms import noise_seed
 from ..run.simulated import simulated
-from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import with_bar
+from .comparison import COMPARISON, compare_with
+from .result import Result
 
 FASTEST, SLOWEST = 1e-4, 0.1
 """Range of a controller's cycle [s]: current loops run every 0.1 ms, and no arm is commanded at 10 Hz."""
@@ -48,58 +56,68 @@ tick = valid_if(
 )
 
 
+SIMULATION = (
+    Option("--tick S", "sampling period", tick, 0.002),
+    SPEED,
+    seed_option("seed of the sensors' noise"),
+)
+BODIES = (Option("--payload NAME", "name of a payload of the model", default=""), *BODY)
+
+
 @Command(
     "Simulate a planned motion in closed loop: the arm with all its effects, drives and\n"
-    "sensors of industrial arms. Equal arguments give equal files.",
+    "sensors of industrial arms. Equal arguments give equal files. Or compare a simulation\n"
+    "with a recording of the same motion: where they differ, and by how much.",
     (
         "exidyn simulate exidyn-fit/fit.json trajectory.toml -o sim.mcap",
         "exidyn simulate kr270 trajectory.toml --mass 175 --com 0.05 0.03 -0.22 -o loaded.mcap",
-        "exidyn simulate robot.toml trajectory.toml --stiffness 2e5 3e5 1e5 4e4 3e4 2e4 --backlash 1e-4",
+        "exidyn simulate sim.mcap --against real.mcap",
+        "exidyn simulate mujoco.csv --against real.mcap --robot robot.toml --json compared.json",
     ),
     (
-        Option("arm ARM", ARM_HELP),
-        PLAN,
+        Option("arm ARM", f"{ARM_HELP}; with --against alone the simulation (.mcap, .csv)"),
+        Option("plan [TRAJECTORY]", PLAN.meaning, Path),
         output_option("FILE", Path("sim.mcap")),
         JSON,
-        NAME,
-        Option("--tick S", "sampling period", tick, 0.002),
-        SPEED,
-        seed_option("seed of the sensors' noise"),
-        Option("--exact", "sensors without noise and quantization"),
+        *SIMULATION,
+        Group("payload on the flange: one of the model, or another", BODIES),
         Group(
-            "payload on the flange: one of the model, or another",
-            (Option("--payload NAME", "name of a payload of the model", default=""), *BODY),
-        ),
-        Group(
-            "elastic gears, in addition to those of the arm; one value, or one per joint",
-            (
-                Option(
-                    "--stiffness NM/RAD...", "stiffness; inf for rigid, the default", any_number, [np.inf]
-                ),
-                Option("--damping NMS/RAD...", "damping of that elasticity", any_number, [0.0]),
-                Option("--backlash RAD...", "width of the backlash", any_number, [0.0]),
-            ),
+            "compare the simulation with a recording",
+            (Option("--against RUN", "recording of the real arm, or another run", Path), *COMPARISON),
         ),
     ),
 )
-def simulate_command(args: Namespace) -> None:
-    """Simulate, write the recording, and print a summary."""
-    require_file(args.output, "--output", [args.arm, args.plan])
+def simulate_command(args: Namespace) -> Result:
+    """Simulate and write the recording, or compare a simulation with a recording, or both."""
+    if args.against is None:
+        refuse_without("--against RUN", args, COMPARISON)
+        if args.plan is None:
+            raise WrongUse("give TRAJECTORY to simulate it, or --against RUN to compare a simulation with it")
+        return _simulated(args)
+    if args.plan is None:
+        refuse_without("TRAJECTORY", args, [*SIMULATION, *BODIES])
+        return compare_with(args, Path(args.arm))
+    simulation, comparison = _simulated(args), compare_with(args, args.output)
+    return replace(comparison, page=f"{simulation.page}\n\n{comparison.page}", written=simulation.written)
+
+
+def _simulated(args: Namespace) -> Result:
+    """Simulate the motion, and write the recording."""
+    require_file(args.output, "--output", [args.arm, args.plan, *([args.against] if args.against else [])])
     arm, plan = read_arm(args.arm), read_plan(args.plan)
     nominal, payload = _carrying(args, arm)
     if plan.joints == arm.robot.joints:
         for sentence in [*file_warnings(plan, arm.robot), *robot_differences(plan, arm.robot)]:
             print_warning(sentence)
-    began, run = time.perf_counter(), args.name or args.output.stem
+    began, run = time.perf_counter(), args.output.stem
     recording = simulated(
-        arm, plan, nominal, payload, _transmission(args, arm), speed=args.speed, tick=args.tick,
-        seed=noise_seed(args.seed, run), exact=args.exact, name=run, watched=with_bar,
+        arm, plan, nominal, payload, speed=args.speed, tick=args.tick, seed=noise_seed(args.seed, run),
+        name=run, watched=with_bar,
     )  # fmt: skip
     seconds = time.perf_counter() - began
     write_recording(recording, args.output)
     table = _table(recording, seconds) | {"written": str(args.output)}
-    hand_over(_summary(recording, seconds), json_text(table), args.json)
-    print_written(args.output)
+    return Result(_summary(recording, seconds), table, [args.output])
 
 
 def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
@@ -123,17 +141,6 @@ def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
             f"{', '.join(names) or 'none'}"
         )
     return arm, KnownPayload(args.payload, names[args.payload].known)
-
-
-def _transmission(args: Namespace, arm: Model) -> Transmission:
-    n = arm.robot.dof
-    parts = []
-    for name in ("stiffness", "damping", "backlash"):
-        values = getattr(args, name)
-        if len(values) not in (1, n):
-            raise RobotError(f"--{name} has {len(values)} values; expected 1 value, or 1 per joint ({n})")
-        parts.append(np.broadcast_to(np.array(values, float), (n,)))
-    return Transmission(*parts)
 
 
 def _summary(recording: Recording, seconds: float) -> str:

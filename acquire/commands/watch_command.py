@@ -3,7 +3,7 @@
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -19,10 +19,7 @@ from exidyn.identification.text_table import paragraph
 from ..arguments.command import Command, Group, Option, positive, print_warning
 from ..arguments.controllers import CONTROLLER, read_controller
 from ..arguments.options import (
-    ALARMS,
     ALARMS_PER_HOUR,
-    BANDWIDTH_OPTION,
-    FLEET,
     FREE,
     JSON,
     payload_name,
@@ -39,7 +36,6 @@ from ..terminal.watch_text import Redraw, json_line, line, table_lines
 from ..views.live_view import CONTACT_PROCESS, VIEW, Targets, require_showable, start_view
 
 if TYPE_CHECKING:
-    from ..fleet.analysis import ResidualAlarm
     from ..terminal.live_contact import LiveContact
 
 REDRAW, LINES = 0.2, 1.0
@@ -53,33 +49,23 @@ STEP = 0.05
     (
         "exidyn watch --controller cell.toml                        # positions in radians",
         "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
-        "exidyn watch --controller cell.toml --seconds 10 --json -  # one line of JSON per reading",
-        "exidyn watch --controller cell.toml --contact fit.json --free free.mcap --view  # contacts",
+        "exidyn watch --controller cell.toml --length 10 --json -   # one line of JSON per reading",
+        "exidyn watch --controller cell.toml --fit fit.json --free free.mcap --view  # contacts",
     ),
     (
         robot_option("for degrees and limits; without it radians"),
         *CONTROLLER,
-        Option("--seconds S", "duration; default: until Ctrl-C", positive),
-        Option("--every S", f"time between readings; default: {REDRAW:g}, lines {LINES:g}", positive),
-        Group(
-            "residual torque, compared with the arm's check runs (exidyn fleet)",
-            (
-                Option("--arm ARM", "name of the arm in the fleet"),
-                Option("--fleet FOLDER", "folder of the fleet's results", Path, FLEET),
-                ALARMS,
-            ),
-        ),
+        Option("--length S", "duration; default: until Ctrl-C", positive),
         Group(
             "external torque and contact, by a fit (exidyn contact)",
             (
-                Option("--contact FIT", "fit.json of exidyn identify", Path),
+                Option("--fit FIT", "fit.json of exidyn identify", Path),
                 FREE,
                 ALARMS_PER_HOUR,
-                BANDWIDTH_OPTION,
                 Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
             ),
         ),
-        Group("live view of the external torques (with --contact)", VIEW),
+        Group("live view of the external torques (with --fit)", VIEW),
         JSON,
     ),
 )
@@ -87,8 +73,8 @@ def watch_command(args: Namespace) -> None:
     """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
     with ExitStack() as stack:
         targets = _targets(args)
-        alarm, contact = _alarm(args, stack), _contact(args)
-        driver, units = _driver(args, alarm, contact)
+        contact = _contact(args)
+        driver, units = _driver(args, contact)
         confirm_reading(driver.risk_of_reading)
         if contact is not None and targets.any:
             contact.show([stack.enter_context(view) for view in start_view(targets, CONTACT_PROCESS)])
@@ -103,8 +89,7 @@ def watch_command(args: Namespace) -> None:
         if args.json is not None and args.json != SCREEN:
             file = stack.enter_context(Path(args.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
-        monitors = [monitor for monitor in (alarm, contact) if monitor is not None]
-        _show(args, _readings(args, listener, requests), units, info, file, monitors)
+        _show(args, _readings(args, listener, requests), units, info, file, contact)
     if args.save is not None:
         print_written(args.save)
 
@@ -112,52 +97,39 @@ def watch_command(args: Namespace) -> None:
 def _targets(args: Namespace) -> Targets:
     """Targets of the live view, checked before any work is done."""
     targets = Targets(args.view, args.serve, args.save)
-    if targets.any and args.contact is None:
+    if targets.any and args.fit is None:
         raise BadSettings(
-            "--view, --serve and --save show external torques; name the fit with --contact. "
+            "--view, --serve and --save show external torques; name the fit with --fit. "
             "exidyn record shows a run that it records"
         )
     require_showable(targets)
     if args.save is not None:
-        require_apart(args.save, "--save", [args.contact, *args.free])
+        require_apart(args.save, "--save", [args.fit, *args.free])
     return targets
 
 
 def _contact(args: Namespace) -> "LiveContact | None":
-    if args.contact is None:
+    if args.fit is None:
         if args.free:
-            raise BadSettings("--free is for a threshold of contact; name the fit with --contact")
+            raise BadSettings("--free is for a threshold of contact; name the fit with --fit")
         return None
     from exidyn.identification.fit.fit_file import read_fit
     from exidyn.identification.recordings.importers import import_source
 
     from ..terminal.live_contact import LiveContact
 
-    fit = read_fit(args.contact)
+    fit = read_fit(args.fit)
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    return LiveContact(fit, free, args.payload, args.alarms_per_hour, args.bandwidth)
+    return LiveContact(fit, free, args.payload, args.alarms_per_hour)
 
 
-def _alarm(args: Namespace, stack: ExitStack) -> "ResidualAlarm | None":
-    if args.arm is None:
-        return None
-    from ..fleet.analysis import ResidualAlarm
-    from ..fleet.store import Store
-    from ..fleet.work import separate_process
-
-    store, executor = Store(args.fleet.resolve()), stack.enter_context(separate_process())
-    return ResidualAlarm(store, args.arm, args.alarms_per_arm_year, executor)
-
-
-def _driver(
-    args: Namespace, alarm: "ResidualAlarm | None", contact: "LiveContact | None"
-) -> tuple[Driver, JointUnits]:
+def _driver(args: Namespace, contact: "LiveContact | None") -> tuple[Driver, JointUnits]:
     name, settings = read_controller(args.controller, args.driver, args.set)
     if (
         name == "mock"
     ):  # otherwise its simulated time would run ahead, even if a controller file sets the clock
         settings["clock"] = "real"
-    if (model := _model(args, alarm, contact)) is not None:
+    if (model := _model(args, contact)) is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)
     count = driver_class(name).count_joints(settings)
@@ -172,30 +144,30 @@ def _driver(
     return create(name, settings, arm), JointUnits.unknown(arm)
 
 
-def _model(args: Namespace, alarm: "ResidualAlarm | None", contact: "LiveContact | None") -> Model | None:
-    """The model of --robot, or else of the fit or of the arm in the fleet; None without any."""
-    others = {f"--contact {args.contact}": contact.fit.model} if contact is not None else {}
-    others |= {f"{args.arm} in {args.fleet}": alarm.model} if alarm is not None else {}
-    model = read_model(args.robot) if args.robot is not None else next(iter(others.values()), None)
-    for source, other in others.items():
-        assert model is not None  # the first of them, or that of --robot
-        if model.robot.joints != other.robot.joints:
-            first, second = (", ".join(part.robot.joints) for part in (model, other))
-            named = "--robot" if args.robot is not None else next(iter(others))
-            raise BadSettings(f"{named} has joints {first}, but {source} has {second}")
-        if model.robot.differs_from(other.robot):
-            raise BadSettings(f"{source} is of {other.robot.name}, an arm with other geometry than --robot")
+def _model(args: Namespace, contact: "LiveContact | None") -> Model | None:
+    """The model of --robot, or else of the fit; None without either."""
+    if args.robot is None:
+        return None if contact is None else contact.fit.model
+    model = read_model(args.robot)
+    if contact is None:
+        return model
+    source, other = f"--fit {args.fit}", contact.fit.model.robot
+    if model.robot.joints != other.joints:
+        first, second = (", ".join(robot.joints) for robot in (model.robot, other))
+        raise BadSettings(f"--robot has joints {first}, but {source} has {second}")
+    if model.robot.differs_from(other):
+        raise BadSettings(f"{source} is of {other.name}, an arm with other geometry than --robot")
     return model
 
 
 def _readings(args: Namespace, listener: Listener, requests: StopRequests) -> Iterator[tuple[float, Reading]]:
     """Time since the first reading [s] and a reading, until a stop is requested or time is up."""
     tabular = args.json is None and sys.stdout.isatty()
-    period = args.every or (REDRAW if tabular else LINES)
+    period = REDRAW if tabular else LINES
     began, due = None, time.monotonic()
     while requests.look() is None:
         now = time.monotonic()
-        over = began is not None and args.seconds is not None and now - began >= args.seconds
+        over = began is not None and args.length is not None and now - began >= args.length
         if (now >= due or over) and (reading := listener.look()) is not None:
             began, due = now if began is None else began, now + period
             yield now - began, reading
@@ -210,18 +182,18 @@ def _show(
     units: JointUnits,
     info: Info,
     file: TextIO | None,
-    monitors: "Sequence[ResidualAlarm | LiveContact]",
+    contact: "LiveContact | None",
 ) -> None:
     page, events = Redraw(sys.stdout), list[str]()
     for seconds, reading in readings:
-        monitored = [monitor.add(reading.samples) for monitor in monitors]
+        external = None if contact is None else contact.add(reading.samples)
         if file is not None:
-            file.write(json_line(reading, units, seconds, monitored) + "\n")
+            file.write(json_line(reading, units, seconds, external) + "\n")
             file.flush()
         if args.json == SCREEN:
-            print(json_line(reading, units, seconds, monitored), flush=True)
+            print(json_line(reading, units, seconds, external), flush=True)
         elif sys.stdout.isatty():
             events += reading.events
-            page.draw(table_lines(reading, units, info, seconds, events, monitored))
+            page.draw(table_lines(reading, units, info, seconds, events, external))
         else:
-            print(line(reading, units, info, seconds, monitored), flush=True)
+            print(line(reading, units, info, seconds, external), flush=True)

@@ -66,10 +66,10 @@ def _export(model: Path, form: str, output: Path) -> Step:
 
 def _simulated(folder: Path, model: Path, when: str) -> list[Step]:
     """Simulate the held-out motion, and compare it with its recording."""
-    simulation = folder / f"sim-{when}.mcap"
+    simulation, compared = folder / f"sim-{when}.mcap", folder / f"compare-{when}.json"
     return [
         step("simulate", model, folder / "other.toml", "--output", simulation),
-        step("compare", simulation, folder / "other.mcap", "--json", folder / f"compare-{when}.json"),
+        step("simulate", simulation, "--against", folder / "other.mcap", "--json", compared),
     ]
 
 

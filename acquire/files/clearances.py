@@ -1,6 +1,6 @@
 """Clearances of a motion: from the arm itself, from obstacles, and from the bounds of regions."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 from exidyn.identification.arm.robot import Robot
@@ -21,7 +21,6 @@ def read_clearances(
     cell: Path | None = None,
     collision: bool = True,
     distance: float = REQUIRED,
-    packages: Iterable[Path] = (),
     say: Callable[[str], None] = lambda _: None,
 ) -> tuple[Clearance, ...]:
     """Clearances of the arm of a robot.toml, URDF, MJCF or built-in name.
@@ -32,7 +31,6 @@ def read_clearances(
         cell: Another file with `[[obstacle]]` and `[[region]]` rows.
         collision: Whether to check the arm's geometry and obstacles.
         distance: Smallest distance between bodies, and between bodies and obstacles [m].
-        packages: Folders of meshes.
         say: Function that takes sentences on what is checked.
 
     Raises:
@@ -42,7 +40,7 @@ def read_clearances(
     regions = read_regions(list(surroundings.regions), robot) if surroundings.regions else []
     if not collision:
         return tuple(regions)
-    geometry = read_geometry(source, packages)
+    geometry = read_geometry(source)
     if geometry is None:
         _refuse(source, surroundings.obstacles)
         say("the robot has no collision geometry: self-collision is not checked")

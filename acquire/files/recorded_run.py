@@ -151,6 +151,6 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
     elif part_of(path).exists():
         print(
             f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "
-            f"{part_of(path)}, see exidyn recover",
+            f"{part_of(path)}, see exidyn info --repair",
             file=sys.stderr,
         )

@@ -26,8 +26,8 @@ KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
 KEYS = {"exidyn_fit": FIT, "exidyn_diagnosis": DIAGNOSIS, "exidyn_comparison": COMPARISON}
 """Key that identifies a JSON file and holds its format number -> kind."""
 VALID = (
-    "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn compare, recordings "
-    "(.mcap, .csv), or folders of these"
+    "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn simulate --against, "
+    "recordings (.mcap, .csv), or folders of these"
 )
 FORMAT = 1
 """Format number of the JSON file of a comparison."""

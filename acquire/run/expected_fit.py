@@ -16,7 +16,6 @@ from exidyn.identification.fit.fit_warnings import OPEN
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
-from exidyn.identification.simulation.plant import Transmission
 from exidyn.identification.simulation.simulate import as_built
 from exidyn.identification.text_table import NORMAL_95, digits
 from exidyn.trajectories.planning.goals import with_bodies
@@ -116,7 +115,6 @@ def expected_fit(
         ExidynError: The arm cannot be simulated, or the motions are too poor to identify it.
     """
     arm, carried = with_bodies(as_built(model), bodies)
-    rigid = Transmission(*(np.full(model.robot.dof, value) for value in (np.inf, 0.0, 0.0)))
     known = dict(zip(carried[1:], bodies, strict=True))
     runs = []
     for number, (plan, name) in enumerate(product(plans, carried)):
@@ -128,7 +126,6 @@ def expected_fit(
                 plan,
                 arm,
                 payload,
-                rigid,
                 speed=speed,
                 tick=plan.tick,
                 seed=seed + number,

@@ -48,7 +48,7 @@ def require_free(path: Path) -> None:
     if path.exists():
         raise RunError(f"{path} exists, and {NOT_OVERWRITTEN}. Choose another name (--output)")
     if part.exists():
-        rescue = f"Recover the data of an earlier run with 'exidyn recover {part}', or remove it"
+        rescue = f"Recover the data of an earlier run with 'exidyn info --repair {part}', or remove it"
         raise RunError(f"{part} exists, and {NOT_OVERWRITTEN}. {rescue}")
     if not path.parent.is_dir():
         raise RunError(f"{path}: there is no folder {path.parent}. Create it, or choose another (--output)")

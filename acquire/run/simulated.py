@@ -36,7 +36,7 @@ def simulated(
     plan: Plan,
     loaded: Model,
     payload: KnownPayload | None,
-    gears: Transmission,
+    gears: Transmission | None = None,
     *,
     speed: float = 1.0,
     tick: float = 0.002,
@@ -52,7 +52,7 @@ def simulated(
         plan: Plan of the motion.
         loaded: Model of the true arm with its payload.
         payload: Payload as described in the recording.
-        gears: Transmission between motors and links, in addition to the arm's own.
+        gears: Transmission between motors and links, in addition to the arm's own; rigid by default.
         speed: Playback speed over planned speed [-].
         tick: Sampling period [s].
         seed: Seed of the sensor noise.
@@ -73,17 +73,19 @@ def simulated(
             f"{arm.robot.name}: no payload '{carried}'. Payloads of the model: "
             f"{', '.join(sorted(bodies)) or 'none'}"
         )
-    gears = Transmission.of(loaded).softened(gears.stiffness, gears.damping, gears.backlash)
+    transmission = Transmission.of(loaded)
+    if gears is not None:
+        transmission = transmission.softened(gears.stiffness, gears.damping, gears.backlash)
     position, velocity = commands(plan.trajectory, speed, arm, tick)
     control, sensors, thermal = typical_parts(loaded)
     sensors = Sensors.exact(loaded.robot.dof) if exact else sensors
     with explained_if_slow():
         plant = Plant(
-            loaded, loaded.nominal_values, loaded.robot.drive_gain, position[0], control, sensors, gears,
-            thermal, carried, seed=seed,
+            loaded, loaded.nominal_values, loaded.robot.drive_gain, position[0], control, sensors,
+            transmission, thermal, carried, seed=seed,
         )  # fmt: skip
     signals = follow(plant, position, velocity, tick, watched)
-    if not np.any(np.isfinite(gears.stiffness)):
+    if not np.any(np.isfinite(transmission.stiffness)):
         del signals["link_position"]  # a link encoder would measure the same
     source = f"simulated, seed {seed}"
     settings = {"source": source, SIMULATED: arm.robot.name, "speed": f"{speed:g}", "exidyn": __version__}

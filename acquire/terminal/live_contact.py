@@ -27,17 +27,14 @@ class LiveContact:
         free: Runs without contact that the fit has not used; without them there is no threshold.
         payload: Name of the payload on the flange; empty for none.
         alarms_per_hour: Accepted false alarms [1/h].
-        bandwidth: Bandwidth of the observer [Hz].
 
     Raises:
         RecordingError: The runs without contact are too short, or were used for the fit.
     """
 
-    def __init__(
-        self, fit: Fit, free: Sequence[Recording], payload: str, alarms_per_hour: float, bandwidth: float
-    ) -> None:
-        self.fit, self._observer = fit, Observer(fit, payload, bandwidth)
-        threshold = free_threshold(fit, free, alarms_per_hour, bandwidth)
+    def __init__(self, fit: Fit, free: Sequence[Recording], payload: str, alarms_per_hour: float) -> None:
+        self.fit, self._observer = fit, Observer(fit, payload)
+        threshold = free_threshold(fit, free, alarms_per_hour)
         self._alarms = None if threshold is None else Alarms(threshold)
         self._start: int | None = None
         self._views: Sequence[Sink] = ()

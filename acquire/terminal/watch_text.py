@@ -24,47 +24,7 @@ SHOWN = {
 """Signal -> head of its column, its unit, and digits after the decimal point."""
 LATEST = 4
 """Number of events that the table shows."""
-BEYOND, SILENT, ALARM, CONTACT = "BEYOND", "silent", "ALARM", "CONTACT"
-
-
-class Residual(NamedTuple):
-    """Residual torque over the last section of the motion, with the parameters from the arm's check runs.
-
-    Attributes:
-        value: Root mean square of each joint, shape (n,) [N m]; NaN if unknown.
-        alarm: Alarm threshold, shape (n,) [N m].
-        seconds: Duration of a section [s].
-        why: Why there is no residual; empty otherwise.
-    """
-
-    value: np.ndarray
-    alarm: np.ndarray
-    seconds: float
-    why: str
-
-    def columns(self) -> dict[str, np.ndarray]:
-        """Columns of the table, by their heads."""
-        return {"residual [N m]": self.value, "alarm from": self.alarm}
-
-    def numbers(self) -> str:
-        """The residual in a line; empty without one."""
-        value, alarm = _several(self.value, 2), _several(self.alarm, 2)
-        return "" if self.why else f"residual {value} N m, alarm from {alarm}"
-
-    def words(self, joints: Sequence[str]) -> list[str]:
-        """Joints with an alarm, or why there is no residual; empty if no joint exceeds its threshold."""
-        over = ", ".join(self._over(joints))
-        words = [f"{ALARM}: residual of {over} over {self.seconds:.0f} s"] * bool(over)
-        return words + [f"residual: {self.why}"] * bool(self.why)
-
-    def table(self, joints: Sequence[str]) -> dict[str, Any]:
-        """The residual for JSON."""
-        numbers = {"residual": self.value, "residual_alarm_from": self.alarm}
-        return numbers | {"residual_alarms": self._over(joints)}
-
-    def _over(self, joints: Sequence[str]) -> list[str]:
-        """Names of the joints with an alarm."""
-        return [joints[int(joint)] for joint in np.flatnonzero(self.value > self.alarm)]
+BEYOND, SILENT, CONTACT = "BEYOND", "silent", "CONTACT"
 
 
 class External(NamedTuple):
@@ -111,17 +71,13 @@ class External(NamedTuple):
         }
 
 
-Monitored = Sequence[Residual | External]
-"""What is computed from the samples of a reading, if it was requested."""
-
-
 def table_lines(
     reading: Reading,
     units: JointUnits,
     info: Info,
     seconds: float,
     events: Sequence[str],
-    monitored: Monitored = (),
+    external: External | None = None,
 ) -> list[str]:
     """Lines of the table that is redrawn for each reading.
 
@@ -131,15 +87,15 @@ def table_lines(
         info: Metadata of the driver.
         seconds: Time since the first reading [s].
         events: Messages so far.
-        monitored: Residual and external torques.
+        external: External torques, if requested.
     """
     signals = [name for name in SHOWN if name in info.signals]
-    columns = {head: values for part in monitored for head, values in part.columns().items()}
+    columns = {} if external is None else external.columns()
     head = ["joint", "position", "", "limits", *(SHOWN[name][0] for name in signals), *columns, "state"]
     rows = [_row(reading, units, signals, columns, joint) for joint in range(len(units.joints))]
     lines = table(head, rows, left=(0, 2, len(head) - 1))
-    for part in monitored:
-        lines += ["", *part.words(units.joints)]
+    if external is not None:
+        lines += ["", *external.words(units.joints)]
     lines += ["", f"{seconds:.1f} s; {reading.cycles} samples since the last; Ctrl-C ends it"]
     if reading.fault:
         lines.append(f"fault: {reading.fault}")
@@ -166,7 +122,9 @@ def _row(
     ]
 
 
-def line(reading: Reading, units: JointUnits, info: Info, seconds: float, monitored: Monitored = ()) -> str:
+def line(
+    reading: Reading, units: JointUnits, info: Info, seconds: float, external: External | None = None
+) -> str:
     """A reading as one line, for a file or another program."""
     shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
     parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {one_unit(units.units)}"]
@@ -178,8 +136,8 @@ def line(reading: Reading, units: JointUnits, info: Info, seconds: float, monito
     silent = [units.joints[k] for k in np.flatnonzero(np.isnan(reading.position))]
     parts += [f"{BEYOND} limits: {', '.join(beyond)}"] * bool(beyond)
     parts += [f"{SILENT}: {', '.join(silent)}"] * bool(silent)
-    for part in monitored:
-        parts += [part.numbers(), *part.words(units.joints)]
+    if external is not None:
+        parts += [external.numbers(), *external.words(units.joints)]
     parts += [f"fault: {reading.fault}"] * bool(reading.fault)
     return "; ".join(part for part in [*parts, *(f"message: {text}" for text in reading.events)] if part)
 
@@ -199,7 +157,7 @@ def _states(states: Sequence[str]) -> str:
     return f"all {states[0]}" if len(set(states)) == 1 else " / ".join(state or "-" for state in states)
 
 
-def json_line(reading: Reading, units: JointUnits, seconds: float, monitored: Monitored = ()) -> str:
+def json_line(reading: Reading, units: JointUnits, seconds: float, external: External | None = None) -> str:
     """A reading as one line of JSON, in SI units; unknown values are null."""
     content: dict[str, Any] = {
         "exidyn_reading": 1,
@@ -214,8 +172,8 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, monitored: Mo
         "events": list(reading.events),
         "fault": reading.fault,
     }
-    for part in monitored:
-        content |= part.table(units.joints)
+    if external is not None:
+        content |= external.table(units.joints)
     return json_text(plain(content), indent=None)
 
 

@@ -22,15 +22,13 @@ LAST_PORT = 65535
 """Highest port; it cannot serve a page, since the data come from the next port."""
 PROCESS, CONTACT_PROCESS = (f"exidyn.acquire.views.{name}" for name in ("view_process", "contact_process"))
 """Modules of the processes that show a run, and external torques."""
-VIEW = (
-    Option("--view", "show it live in Rerun's viewer"),
-    Option(
-        "--serve [ADDRESS:PORT]",
-        f"serve the view to browsers; default: {LOCAL}:{PORT}, this machine only",
-        alone=f"{LOCAL}:{PORT}",
-    ),
-    Option("--save FILE", "save the view as a file (.rrd)", Path),
+SERVE = Option(
+    "--serve [ADDRESS:PORT]",
+    f"serve the view to browsers; default: {LOCAL}:{PORT}, this machine only",
+    alone=f"{LOCAL}:{PORT}",
 )
+SAVE = Option("--save FILE", "save the view as a file (.rrd)", Path)
+VIEW = (Option("--view", "show it live in Rerun's viewer"), SERVE, SAVE)
 """Options of a live view."""
 FINISH = 10.0
 """Maximum time to show the last frames [s], in case a viewer hangs."""

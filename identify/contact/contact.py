@@ -83,7 +83,7 @@ def contact(
 
 
 def free_threshold(
-    fit: Fit, free: Sequence[Recording], alarms_per_hour: float, bandwidth: float
+    fit: Fit, free: Sequence[Recording], alarms_per_hour: float, bandwidth: float = BANDWIDTH
 ) -> Threshold | None:
     """Threshold from runs without contact; None without any.
 

@@ -39,23 +39,13 @@ class Marked(NamedTuple):
         return str(self.cell)
 
 
-class Link(NamedTuple):
-    """A link to an address; the address of a section is "#anchor"."""
-
-    words: str
-    address: str
-
-    def __str__(self) -> str:
-        return self.words
-
-
 class Picture(NamedTuple):
     """A drawing (SVG) in a cell; text and Markdown leave out columns with drawings."""
 
     svg: str
 
 
-Cell = str | Number | Numbers | Marked | Link | Picture
+Cell = str | Number | Numbers | Marked | Picture
 
 
 Row = Sequence[Cell]
@@ -90,12 +80,6 @@ class Paragraph(NamedTuple):
     style: str = "note"
 
 
-class Links(NamedTuple):
-    """A line of links, which only HTML shows."""
-
-    links: Sequence[Link]
-
-
 class Heading(NamedTuple):
     """A heading within a section."""
 
@@ -124,7 +108,7 @@ class Folded(NamedTuple):
     blocks: "Sequence[Block]"
 
 
-Block = Table | Statements | Paragraph | Links | Heading | Figure | Grid | Folded
+Block = Table | Statements | Paragraph | Heading | Figure | Grid | Folded
 
 
 class Section(NamedTuple):

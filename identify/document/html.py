@@ -17,8 +17,6 @@ from .document import (
     Folded,
     Grid,
     Heading,
-    Link,
-    Links,
     Marked,
     Number,
     Numbers,
@@ -82,8 +80,6 @@ def cell(content: Cell) -> Markup:
             return Markup(prose(pattern)).format(*map(cell, numbers))
         case Marked():
             return cell(content.cell)
-        case Link(words, address):
-            return Markup('<a href="{}">{}</a>').format(address, words)
         case Picture(svg):
             return Markup(svg)
 
@@ -106,8 +102,6 @@ def block(content: Block) -> Markup:
             return _PARTS.statements(content)
         case Paragraph(text, style):
             return Markup('<p class="{}">{}</p>').format("note" if style == "plot" else style, prose(text))
-        case Links(links):
-            return Markup('<p class="note">{}</p>').format(Markup(", ").join(map(cell, links)))
         case Heading(text):
             return Markup("<h3>{}</h3>").format(text)
         case Figure():

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ..text_table import raised
-from .document import Block, Figure, Folded, Grid, Heading, Links, Paragraph, Section, Statements, Table
+from .document import Block, Figure, Folded, Grid, Heading, Paragraph, Section, Statements, Table
 from .text import shortened
 
 
@@ -25,7 +25,7 @@ def _block(block: Block) -> str:
             return f"### {text}"
         case Grid(blocks):
             return "\n\n".join(filter(None, map(_block, blocks)))
-        case Figure() | Links() | Folded():
+        case Figure() | Folded():
             return ""
 
 

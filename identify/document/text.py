@@ -11,7 +11,6 @@ from .document import (
     Folded,
     Grid,
     Heading,
-    Links,
     Number,
     Paragraph,
     Picture,
@@ -67,7 +66,7 @@ def _lines(block: Block) -> list[str]:
             return ["", words]
         case Grid(blocks):
             return blocks_lines(blocks)
-        case Figure() | Links() | Folded():
+        case Figure() | Folded():
             return []
 
 

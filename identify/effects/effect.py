@@ -100,13 +100,9 @@ class Effect(ABC):
         massless: Whether the torque is independent of acceleration, so that a simulation needs no inertia.
         guessed: Whether nominal values are only guesses, as for friction and offsets; they are then fitted
             even where all other parameters are nominal.
-        inertial: Whether it is the inertia of bodies or of a rotor, which does not wear.
         of_links: Whether the parameters are the inertial parameters of the robot's links, which are part of
             the robot description.
         greased: Whether it is friction of grease, which changes with temperature.
-        together: Name of the quantity that changes if all parameters change by the same share, such as the
-            force of a gas spring that leaks; empty if there is none.
-        plausible: 68 % bound of a parameter without a stated value [unit of the parameter].
     """
 
     transmitted: ClassVar[bool] = False
@@ -117,11 +113,8 @@ class Effect(ABC):
     linear: ClassVar[bool] = False
     massless: ClassVar[bool] = False
     guessed: ClassVar[bool] = False
-    inertial: ClassVar[bool] = False
     of_links: ClassVar[bool] = False
     greased: ClassVar[bool] = False
-    together: ClassVar[str] = ""
-    plausible: ClassVar[float] = np.inf
 
     @property
     def payload(self) -> str:

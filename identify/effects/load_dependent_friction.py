@@ -40,8 +40,6 @@ class LoadDependentFriction(JointEffect):
 
     needs_load: ClassVar[bool] = True
     greased: ClassVar[bool] = True
-    plausible: ClassVar[float] = 0.3
-    """A self-locking screw has 0.5, toothed gears have less; a joint with little load cannot determine it."""
 
     @property
     def formula(self) -> Formula:

@@ -32,7 +32,6 @@ class Payload(Effect):
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
-    inertial: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         names = [name for name, _ in self.known]

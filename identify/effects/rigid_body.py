@@ -23,7 +23,6 @@ class RigidBody(Effect):
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
-    inertial: ClassVar[bool] = True
     of_links: ClassVar[bool] = True
 
     def parameters(self, robot: Robot) -> list[Parameter]:
@@ -81,7 +80,6 @@ class RotorInertia(JointEffect):
     smooth: ClassVar[bool] = True
     linear: ClassVar[bool] = True
     massless: ClassVar[bool] = False
-    inertial: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("acceleration",)
 
     def parameters(self, robot: Robot) -> list[Parameter]:

@@ -55,7 +55,6 @@ class SpringBalancer(Effect):
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True
     massless: ClassVar[bool] = True
-    together: ClassVar[str] = "force"
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter("Kr", "N/m", 0.0), Parameter("K0", "N")]

@@ -25,8 +25,6 @@ from ..schema import (
 from .fit import Unclear
 from .repeatability import Repeatability
 
-Measures = Literal["current", "torque"]
-
 
 class BaseParameterRow(Struct, frozen=True, kw_only=True):
     """A base parameter; only dropped ones have no `prior`, the nominal value and its standard deviation."""
@@ -76,7 +74,7 @@ class FitFile(Struct, frozen=True, kw_only=True):
 
     method: Name
     runs: tuple[str, ...]
-    measures: Measures
+    measures: Literal["current", "torque"]
     rows: Count
     condition: float
     filtering: Filtering

@@ -1,1 +1,1 @@
-"""Documents of fits, diagnoses, comparisons and fleets, and their plots."""
+"""Documents of fits, diagnoses and comparisons, and their plots."""

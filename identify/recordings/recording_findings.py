@@ -132,7 +132,7 @@ def _bad_time(name: str, signal: Signal) -> Iterator[Finding]:
             BadUnit,
             f"{name} comes every {signal.period:g} s, at most {SLOWEST} s can be followed",
             f"In milliseconds that would be {1e3 / signal.period:g} Hz: import it with exidyn import "
-            "--time-scale 0.001 (in Python time_scale=0.001)",
+            '--units time=ms (in Python units={"time": "ms"})',
         )
 
 
@@ -176,7 +176,7 @@ def _speed(recording: Recording) -> Iterator[Finding]:
                 f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
                 f"most {fastest:g} rad/s is possible",
                 "Positions in degrees (exidyn import --degrees), or time in another unit than seconds "
-                "(exidyn import --time-scale)? Or state how fast it may turn: [limits] velocity",
+                "(exidyn import --units time=ms)? Or state how fast it may turn: [limits] velocity",
             )
 
 

@@ -25,7 +25,7 @@ class Remedy(Enum):
         "Rows of two sources seem mixed, as of two publishers: {} rows are far from those around them. Leave "
         "out those of one"
     )
-    SKIP = "Leave out the first rows (exidyn import --skip-rows N; in Python skip_rows)"
+    SKIP = "Leave out the first rows (in Python skip_rows=N)"
     STATE_RATE = "Stamps have few digits: state the rate of the samples instead (--rate HZ)"
     CUT = "Time begins anew there: cut the file there, into a run each"
     SORT = "Sort the rows by time, or leave out those that repeat a time"

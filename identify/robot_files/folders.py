@@ -30,7 +30,7 @@ class Folders:
     """Folders whose files a description may name."""
 
     implied: tuple[Path, ...]  # folders of the description and of its package, with symbolic links resolved
-    stated: tuple[Path, ...]  # folders that the user states, on the command line or in the environment
+    stated: tuple[Path, ...]  # folders that the user states, as arguments or in the environment
 
     @classmethod
     def of(cls, description: Path, stated: Iterable[str | Path] = ()) -> "Folders":
@@ -39,7 +39,7 @@ class Folders:
         packages = [folder for folder in file.parents if (folder / PACKAGE).is_file()][:1]
         usual = [file.parent.parent] if file.parent.name.lower() in LAYOUT else []
         implied = (description.parent.resolve(), file.parent, *packages, *usual)
-        named = [*map(Path, stated), *ros_folders(), *_entries(VARIABLE)]
+        named = [*map(Path, stated), *ros_folders(), *stated_folders()]
         return cls(tuple(dict.fromkeys(implied)), tuple(dict.fromkeys(named)))
 
     def hold(self, file: Path) -> bool:
@@ -61,9 +61,14 @@ class Folders:
 def outside(file: Path) -> str:
     """Message about a file that is in none of the folders."""
     return (
-        f"{file.name} is outside of the folder of the description. Put it there, or state its folder with "
-        f"--packages or in the environment variable {VARIABLE}"
+        f"{file.name} is outside of the folder of the description. Put it there, or state its folder in the "
+        f"environment variable {VARIABLE}"
     )
+
+
+def stated_folders() -> list[Path]:
+    """Folders that the user states in the environment."""
+    return _entries(VARIABLE)
 
 
 def ros_folders() -> list[Path]:

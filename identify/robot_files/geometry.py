@@ -17,7 +17,7 @@ import pinocchio as pin
 from ..arm.robot import Held
 from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
-from .folders import PACKAGE, Folders, ros_folders
+from .folders import PACKAGE, VARIABLE, Folders, ros_folders, stated_folders
 from .hulls import read_hull
 from .mjcf_geometry import read_mjcf_geometry
 from .robot_file import DESCRIPTIONS, builtin_names
@@ -137,13 +137,13 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
     """Path of a mesh that a URDF names: in a package, as a file, or beside the URDF.
 
     Examples of names are `package://arm/meshes/link.stl`, `file:///meshes/link.stl` and `meshes/link.stl`.
-    `package_dirs` are packages or folders of packages, and are searched first.
+    `package_dirs` are packages or folders of packages. They are searched first, then `EXIDYN_FOLDERS`.
     """
     for prefix in IN_FILES:
         name = name.removeprefix(prefix)
     scheme = next((prefix for prefix in IN_PACKAGES if name.startswith(prefix)), "")
     package, _, inside = name.removeprefix(scheme).partition("/") if scheme else ("", "", name)
-    stated, around = list(map(Path, package_dirs)), urdf.resolve().parents
+    stated, around = [*map(Path, package_dirs), *stated_folders()], urdf.resolve().parents
     folders = [*stated, *around, *ros_folders()] if scheme else [urdf.parent, *stated]
     for folder in dict.fromkeys(folders):
         roots = [folder / package]
@@ -154,10 +154,10 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
                 return _allowed(root / inside, root, package, urdf, Folders.of(urdf, package_dirs), where)
     others = [str(folder) for folder in dict.fromkeys(folders) if folder.resolve() not in around]
     searched = ", ".join([*others, "the folders around the URDF" if package else "the folder of the URDF"])
-    hint = "set ROS_PACKAGE_PATH" if package else "put it beside the URDF"
+    hint = "ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
-        f"{where}: mesh '{name}' is missing. Searched: {searched}. "
-        f"State its folder with --packages, or {hint}"
+        f"{where}: mesh '{name}' is missing. Searched: {searched}. State its folder in the environment "
+        f"variable {VARIABLE}, or {hint}"
     )
 
 

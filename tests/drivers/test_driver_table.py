@@ -80,7 +80,7 @@ def test_a_driver_of_an_installed_package_is_listed_and_made(install, capsys):
     package = install("cell7 = acme:Acme")
     assert known_drivers()["cell7"].package == package
     assert "cell7" not in DRIVERS
-    assert main(["drivers"]) == 0
+    assert main(["init", "--driver"]) == 0
     assert f"cell7        a driver of the package {package}" in capsys.readouterr().out
     assert "# of the controller; required\n# port =" in explain("cell7")
     assert type(create("cell7", {"port": "x"}, ARM)).__name__ == "Acme"
@@ -88,7 +88,7 @@ def test_a_driver_of_an_installed_package_is_listed_and_made(install, capsys):
 
 def test_nothing_is_imported_of_a_driver_that_is_not_asked_for(install, capsys):
     install("cell7 = acme:Acme", "raise OSError('no licence')")
-    assert main(["drivers"]) == 0
+    assert main(["init", "--driver"]) == 0
     assert "cell7" in capsys.readouterr().out
     with pytest.raises(UnknownDriver, match="cell7"):
         driver_class("nobody")

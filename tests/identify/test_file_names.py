@@ -10,7 +10,6 @@ from exidyn.identification.file_names import (
     file_stem,
     looked_in,
     read_failure,
-    unique_stem,
 )
 
 HOSTILE = [
@@ -21,7 +20,7 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-@pytest.mark.parametrize("make", [file_stem, unique_stem, lambda name: distinct_stems([name])[0]])
+@pytest.mark.parametrize("make", [file_stem, lambda name: distinct_stems([name])[0]])
 def test_a_stem_is_one_visible_component_that_every_system_takes(make, name, tmp_path):
     stem = make(name)
     assert PurePosixPath(stem).parts == PureWindowsPath(stem).parts == (stem,)
@@ -35,7 +34,7 @@ def test_a_stem_is_one_visible_component_that_every_system_takes(make, name, tmp
 
 @pytest.mark.parametrize("name", ["two_joints", "KR270-2", "welding.07", "Größe_3", "run_1"])
 def test_a_plain_name_stays(name):
-    assert file_stem(name) == unique_stem(name) == name
+    assert file_stem(name) == name
 
 
 def test_what_is_left_empty_gets_the_default():
@@ -45,7 +44,6 @@ def test_what_is_left_empty_gets_the_default():
 
 def test_names_that_differ_have_stems_that_differ_on_every_disk():
     names = [*HOSTILE, "a b", "a_b", "A_B", "a_b_1", "a:b", "x" * 4999 + "y"]
-    assert len({unique_stem(name) for name in names}) == len(names)
     stems = distinct_stems(names)
     assert len({stem.casefold() for stem in stems}) == len(names)
     assert distinct_stems(["run", "run", "Run"]) == ["run", "run_1", "Run_2"]

@@ -38,7 +38,7 @@ DELAYED = {
 }
 """What differs in the real arm."""
 PERIOD = 0.004
-SECONDS = 12.0
+SECONDS = 8.0
 
 
 def real_arm() -> str:

@@ -44,7 +44,7 @@ UNITS = ("rad", "m")
 MOST_COMMANDS = 1e8
 """Maximum number of commands of a motion: a day at 1 ms, whose states take 20 gigabytes for six joints."""
 CHECKSUM = re.compile(r'^checksum = "([^"\n]*)"\r?\n', re.MULTILINE)
-REMARK = "# A motion planned by exidyn, in SI units; 'exidyn show' plots it."
+REMARK = "# A motion planned by exidyn, in SI units; 'exidyn excite --show' plots it."
 
 
 def write_plan(plan: Plan, path: Path | str) -> None:

@@ -127,7 +127,7 @@ def whitening(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndar
     size = np.maximum(np.sqrt(np.diag(covariance)), FINEST * np.abs(values) + LEAST * before)
     scaled = covariance / np.outer(size, size)
     scaled[np.diag_indices(len(size))] = 1.0
-    spread, axes, _ = spectrum(scaled)
+    spread, axes = spectrum(scaled)
     return (axes / np.sqrt(spread)).T / size
 
 

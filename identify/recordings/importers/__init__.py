@@ -171,7 +171,7 @@ def kind_of(source: Path) -> str:
     if kind is None and source.name.endswith(".mcap.part"):
         raise NotAFile(
             f"{source} is unfinished: its recorder crashed or still writes. Repair it: "
-            f"exidyn recover {source}"
+            f"exidyn info --repair {source}"
         )
     if kind is None:
         known = [

@@ -43,7 +43,8 @@ def add_topics(
         raise RecordingError(f"{source} is a recording of {recording.name}, not of {name}")
     if contents.lost or not contents.finished:
         raise RecordingError(
-            f"{source} is damaged or ends abruptly; a copy would hide that. Recover it first (exidyn recover)"
+            f"{source} is damaged or ends abruptly; a copy would hide that. Recover it first "
+            "(exidyn info --repair)"
         )
     if repeated := settings.keys() & contents.metadata.get("settings", {}).keys():
         raise RecordingError(f"{source} already has {', '.join(repeated)}; use the original recording")

@@ -38,7 +38,6 @@ def import_table(
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
     zero: Sequence[float] | None = None,
-    time_scale: float | None = None,
     skip_rows: int = 0,
     name: str | None = None,
     payload: KnownPayload | None = None,
@@ -61,15 +60,15 @@ def import_table(
             robot's.
         servo_limit: Servo error, times `servo_gain`, at which the servo saturates; by default the robot's.
         degrees: Whether positions and velocities are in degrees and degrees per second.
-        units: Signal -> unit of its columns, one for all joints or one per joint, which overrides units in
-            the preset or file; "%" and "0-100%" are shares of a joint's travel between its limits. Commands
-            have the unit of the measured quantity, unless their unit is stated.
+        units: "time" -> unit of the time column; signal -> unit of its columns, one for all joints or one per
+            joint, which overrides units in the preset or file. "%" and "0-100%" are shares of a joint's
+            travel between its limits. Commands have the unit of the measured quantity, unless their unit is
+            stated.
         rate: Sampling rate of a file without time [Hz].
         motor_side: Whether positions, velocities and torques are those of the motor, before the gear; or the
             names of such signals.
         sign: 1 or -1 per joint: direction of the controller's axis relative to the robot's description.
         zero: Position in the robot's description at the controller's zero, one per joint [rad].
-        time_scale: Seconds per unit of the time column.
         skip_rows: Number of rows to skip below the names, recorded before the recorder settled.
         name: Name of the run; by default that of the file.
         payload: Payload on the flange.
@@ -84,13 +83,14 @@ def import_table(
     by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
     stated_preset = read_preset(preset) if preset else None
     chosen = _by_signal(columns or {}, effort, "columns (--columns)", ("time",))
-    stated = _by_signal(units or {}, effort, "units (--units)")
+    stated = _by_signal(units or {}, effort, "units (--units)", ("time",))
+    time_unit = str(stated.pop("time", ""))
     stem = _stem(source)
     recordings = []
     for table in read(source):
         table = table.without(skip_rows)
         if not len(table.values):
-            raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (--skip-rows)")
+            raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (skip_rows)")
         lookup = Columns(source, table, model.robot, joints)
         used = (stated_preset or preset_for(source, lookup)).of_log(lookup, chosen, effort)
         _check_still(table, used, source)
@@ -100,7 +100,7 @@ def import_table(
         clock = None if used.rate and "time" not in chosen else lookup.time(names, where)
         # If some joints are held, the numbers in names count joints that the robot does not have.
         places = lookup.signals(names, chosen, not used.still, where)
-        table, stamps, facts = stamped(lookup, used, clock, time_scale)
+        table, stamps, facts = stamped(lookup, used, clock, time_unit)
         in_si = SignalUnits(lookup, used, places, stated, degrees)
         signals = in_si.signals(stamps - stamps[0], table.values)
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}

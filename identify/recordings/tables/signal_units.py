@@ -140,7 +140,7 @@ def require_no_time(source: Path, column: str) -> None:
 
 
 def stamped(
-    columns: Columns, preset: Preset, place: int | None, scale: float | None
+    columns: Columns, preset: Preset, place: int | None, unit: str
 ) -> tuple[Table, np.ndarray, list[str]]:
     """Rows of a table that have a time, their time stamps (t,) [s], and sentences about their reading.
 
@@ -148,7 +148,7 @@ def stamped(
         columns: Columns of the table.
         preset: Preset of the table.
         place: Index of the time column; None if the preset has a rate.
-        scale: Seconds per unit of the time column, which overrides a stated unit; None for the stated unit.
+        unit: Unit of the time column, which overrides that of the preset or file; empty for theirs.
 
     Raises:
         NotAFile: There are fewer than two rows.
@@ -173,17 +173,18 @@ def stamped(
         facts.append(f"{np.sum(~known)} of {len(known)} rows have no time, first {first}; they are left out")
         table, times = table.rows(known), times[known]
     preset_unit = reading.unit if isinstance(reading.unit, str) else reading.unit[0]
-    stated = preset_unit or table.unit(name)
+    stated = unit or preset_unit or table.unit(name)
     if table.units.get(name) == DATE:
         scale = 1.0
-    elif scale is None and not stated and (unit := unit_since_1970(times)):
-        scale = SINCE_1970[unit]
+    elif not stated and (since_1970 := unit_since_1970(times)):
+        scale = SINCE_1970[since_1970]
         date = datetime.fromtimestamp(times[0] * scale, UTC).isoformat(sep=" ", timespec="seconds")
-        facts.append(f"time: {name} is read as {unit} since 1970, the first as {date} (UTC)")
-    if scale is None:
+        facts.append(f"time: {name} is read as {since_1970} since 1970, the first as {date} (UTC)")
+    else:
         entry = unit_named(stated or "s")
-        of_another = not preset_unit and (entry is None or entry[0] != "s")
-        scale = float(factors(["s"], ["" if of_another else stated], f"{preset.name or source}: time")[0][0])
+        of_another = not (unit or preset_unit) and (entry is None or entry[0] != "s")
+        where = "units (--units)" if unit else preset.name or str(source)
+        scale = float(factors(["s"], ["" if of_another else stated], f"{where}: time")[0][0])
     return table, reading.numbers(times[:, None], f"{preset.name}: time")[:, 0] * scale, facts
 
 

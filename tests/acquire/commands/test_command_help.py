@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from exidyn.acquire.arguments.exit_codes import MEANINGS, READER_LEFT
-from exidyn.acquire.command_line import COMMANDS, command, main
-from exidyn.acquire.commands.drivers_command import SHELLS, parser_of_all
+from exidyn.acquire.command_line import COMMANDS, main
+from exidyn.acquire.commands import command
+from exidyn.acquire.completion import SHELLS, parser_of_all
 
 from ...parts.system_needs import BASH
 
@@ -74,7 +75,7 @@ def test_a_reader_that_leaves_is_no_complaint():
     """As `exidyn --help | head -1` where head has gone."""
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "exidyn.acquire.command_line", "drivers"]
+    command = [sys.executable, "-m", "exidyn.acquire.command_line", "init", "--driver"]
     silent = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, env=silent, check=False)
     os.close(writing)
@@ -94,7 +95,10 @@ def test_complaints_are_one_line(capsys):
     [
         ("identfy run.mcap", "Did you mean identify? 'exidyn --help' explains"),
         ("identify run.mcap --shape-fit x", "Did you mean --shapes? 'exidyn identify --help' explains"),
-        ("identify run.mcap --keepall", "unrecognized arguments: --keepall. Did you mean --keep-all? "),
+        (
+            "identify run.mcap --as-recordd",
+            "unrecognized arguments: --as-recordd. Did you mean --as-recorded? ",
+        ),
         ("identify run.mcap --estimator weigthed", "invalid choice: 'weigthed' (choose from 'ordinary', "),
         ("identify run.mcap --estimator weigthed", "Did you mean weighted? 'exidyn identify --help'"),
         ("idenitfy run.mcap", "Did you mean identify? 'exidyn --help' explains"),
@@ -102,7 +106,7 @@ def test_complaints_are_one_line(capsys):
         ("diagnose a b --vallidate c", "--vallidate c. Did you mean --validate? 'exidyn diagnose"),
         ("identify --vallidate=run.mcap", "Did you mean --validate? 'exidyn identify --help'"),
         ("excite kr270 --kind sweep", "Did you mean sweeps?"),
-        ("completion zhs", "Did you mean zsh?"),
+        ("--completion zhs", "Did you mean zsh?"),
         ("identify run.mcap --xyz", "unrecognized arguments: --xyz. 'exidyn identify --help' explains"),
     ],
 )
@@ -116,7 +120,9 @@ def test_of_what_is_mistyped_the_nearest_is_named(typed, words, capsys):
 
 @pytest.mark.parametrize("shell", SHELLS)
 def test_completion_knows_every_command(shell, capsys):
-    assert main(["completion", shell]) == 0
+    with pytest.raises(SystemExit) as ended:
+        main(["--completion", shell])
+    assert ended.value.code == 0
     script = capsys.readouterr().out
     assert all(name in script for name in COMMANDS)
 
@@ -145,7 +151,7 @@ def script(tmp_path_factory) -> Path:
         ("exidyn identify ru", "run.mcap"),
         ("exidyn identify --output res", "results"),
         ("exidyn export fit.json --to mjc", "mjcf"),
-        ("exidyn drivers kuka", "kuka_rsi"),
+        ("exidyn init --driver kuka", "kuka_rsi"),
     ],
 )
 def test_bash_completes(script, typed, expected):

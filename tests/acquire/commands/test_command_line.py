@@ -64,9 +64,9 @@ def test_json_is_the_fit_and_nothing_else(files, tmp_path, capsys):
     assert printed.strip() == (out / "fit.json").read_text().strip()
 
 
-def test_filters_estimator_and_keeping_all_arrive(files, tmp_path):
+def test_filters_and_estimator_arrive(files, tmp_path):
     options = ["--position-cutoff", "9", "--torque-cutoff", "6", "--standstill", "0.02"]
-    more = ["--keep-all", "--estimator", "ordinary", "--output", str(tmp_path)]
+    more = ["--estimator", "ordinary", "--output", str(tmp_path)]
     assert main(["identify", files[0], *options, *more]) == 0
     fit = read_fit(tmp_path / "fit.json")
     assert (fit.filtering.position_cutoff, fit.filtering.torque_cutoff, fit.filtering.standstill) == (
@@ -75,7 +75,6 @@ def test_filters_estimator_and_keeping_all_arrive(files, tmp_path):
         0.02,
     )
     assert "ordinary" in fit.estimate.method
-    assert fit.dropped == {}
 
 
 def test_a_saved_view_is_written(files, tmp_path):
@@ -87,10 +86,10 @@ def test_a_saved_view_is_written(files, tmp_path):
 def test_two_bodies_have_two_names_and_one_body_one(files, tmp_path):
     empty, full, other = files
     pairs = ["--payload", full, "--mass", "3", "--payload", other, "--mass", "1e-3"]
-    assert main(["identify", empty, *pairs, "--keep-all", "--output", str(tmp_path)]) == 0
+    assert main(["identify", empty, *pairs, "--output", str(tmp_path)]) == 0
     assert {"MXL", "MXL2"} <= set(read_fit(tmp_path / "fit.json").model.names)
     pairs = ["--payload", full, "--mass", "3", "--payload", full, "--mass", "3"]
-    assert main(["identify", empty, *pairs, "--keep-all", "--output", str(tmp_path)]) == 0
+    assert main(["identify", empty, *pairs, "--output", str(tmp_path)]) == 0
     names = read_fit(tmp_path / "fit.json").model.names
     assert "MXL" in names
     assert "MXL2" not in names

@@ -13,17 +13,15 @@ from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
 from exidyn.acquire.files.report_files import read_shown
 from exidyn.identification.diagnosis import Quantity, Remainder
-from exidyn.identification.diagnosis.diagnose import Diagnosed
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.errors import RobotWarning
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.pages.diagnosis_document import report_html
 from exidyn.identification.preparation.prepare import Filtering
-from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import Signal
 from exidyn.identification.robot_files.effect_rows import parse_findings
-from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import read_model, urdf_text
 from exidyn.identification.robot_files.robot_text import model_text
 
 from ...parts.pages.report_pages import Page
@@ -36,54 +34,38 @@ from ...parts.small.small_diagnosis import (
     recordings,
 )
 from ...parts.small.two_joint_files import of_another_arm, write
+from ...parts.tutorial import PRINTED, STIFFNESS
 
 pytestmark = pytest.mark.slow
 
-LINK = """<link name="{name}"><inertial><origin xyz="0.2 0.01 0.03"/><mass value="5"/>
-<inertia ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
-JOINT = """<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>
-<origin xyz="{x} 0 0"/><axis xyz="0 1 0"/>
-<limit lower="-2.5" upper="2.5" effort="200" velocity="3"/></joint>"""
-URDF = "".join(
-    [
-        '<robot name="two joints"><link name="base"/>',
-        LINK.format(name="upper"),
-        LINK.format(name="lower"),
-        JOINT.format(name="shoulder", parent="base", child="upper", x=0),
-        JOINT.format(name="elbow", parent="upper", child="lower", x=0.4),
-        "</robot>",
-    ]
-)
-"""The small arm as a manufacturer gives it: no friction, no gains, no tolerances."""
 
-
-@pytest.fixture
-def runs(tmp_path):
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
     """Paths of a nominal robot, and of its runs with their roles in them."""
-    robot = tmp_path / "robot.toml"
-    robot.write_text(model_text(nominal_model()))
-    return [str(robot), *write(tmp_path, *recordings())]
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "robot.toml").write_text(model_text(nominal_model()))
+    return [str(folder / "robot.toml"), *write(folder, *recordings())]
 
 
-def test_a_spring_that_the_model_lacks_is_named_simulated_and_fitted(runs, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert main(["diagnose", *runs, "--output", str(out)]) == 0
-    page = capsys.readouterr().out
+def test_a_spring_that_the_model_lacks_is_named_simulated_and_fitted(tutorial):
+    page = (tutorial / PRINTED).read_text()
     assert "- Joint 2 (elbow) has a spring that the model does not have" in page
     assert "simulated," in page
-    table = json.loads((out / "diagnosis.json").read_text())
-    assert table["findings"][0]["effect"] == "joint_spring"
+    table = json.loads((tutorial / "diagnosis" / "diagnosis.json").read_text())
+    assert [finding["effect"] for finding in table["findings"]] == ["joint_spring"]
     assert table["simulated"]["torque_rms_before"][1] > 10 * table["simulated"]["torque_rms_after"][1]
-    assert read_fit(out / "fit.json").value("Ks2") == pytest.approx(12.0, rel=0.02)
-    report = Page((out / "report.html").read_text(encoding="utf-8"))
-    assert {"verdict", "findings", "simulation", "joints", "data"} <= {
-        attributes["id"] for tag, attributes in report.elements if tag == "section"
-    }
+    assert read_fit(tutorial / "diagnosis" / "fit.json").value("Ks2") == pytest.approx(STIFFNESS, rel=0.05)
+    report = Page((tutorial / "diagnosis" / "report.html").read_text(encoding="utf-8"))
+    assert {"verdict", "findings", "simulation", "joints", "data"} <= sections_of(report)
+
+
+def sections_of(page):
+    return {attributes["id"] for tag, attributes in page.elements if tag == "section"}
 
 
 def answering(monkeypatch, answer):
     """Let the command answer with a diagnosis that needs no search."""
-    monkeypatch.setattr(diagnose_command, "diagnosed", lambda *a, **b: Diagnosed(answer(*a, **b), None))
+    monkeypatch.setattr(diagnose_command, "diagnose", answer)
 
 
 def test_quick_json_has_neither_simulation_nor_fit(runs, tmp_path, monkeypatch, capsys):
@@ -123,29 +105,24 @@ def test_the_model_found_is_written_without_alternatives_and_reports_what_it_can
 
 
 def test_a_bare_urdf_gets_its_model_too(tmp_path, capsys):
+    """As a manufacturer gives it: no friction, no gains, no tolerances."""
     urdf = tmp_path / "two_joints.urdf"
-    urdf.write_text(URDF)
-    paths = [tmp_path / f"{run.name}.csv" for run in recordings()[::2]]
-    for path, run in zip(paths, recordings()[::2], strict=True):
-        path.write_text(_table(run))
-    given = [str(urdf), str(paths[0]), "--validate", str(paths[1]), "--quick"]
+    urdf.write_text(urdf_text(nominal_model()))
+    for name, run in (("run", recording("identify", 0, length=8.0)), ("other", recordings()[2])):
+        position, current = run.signals["position"], run.signals["current"]
+        rows = np.column_stack([position.time, position.values, current.values])
+        path, head = tmp_path / f"{name}.csv", "t,q1,q2,tau1,tau2"
+        np.savetxt(path, rows, "%.9g", ",", header=head, comments="")
+    given = [str(urdf), str(tmp_path / "run.csv"), "--validate", str(tmp_path / "other.csv"), "--quick"]
     assert main(["diagnose", *given, "--output", str(tmp_path / "out")]) == 0
     # Without priors the data do not determine each value: those below zero are warnings when it is read.
     with pytest.warns(RobotWarning, match="it is at least 0"):
         assert read_model(tmp_path / "out" / "found.toml").robot.joints == ("shoulder", "elbow")
 
 
-def _table(run):
-    position = run.signals["position"]
-    current = run.signals["current"]
-    rows = np.column_stack([position.time, position.values, current.values])
-    return "t,q1,q2,tau1,tau2\n" + "\n".join(",".join(f"{one:.9g}" for one in row) for row in rows)
-
-
 def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, monkeypatch, capsys):
-    pushed = replace(
-        as_finding(instead("current_offset", 1)), parameters={"Off2": Quantity(1e160, np.nan, "N m")}
-    )
+    huge = {"Off2": Quantity(1e160, np.nan, "N m")}
+    pushed = replace(as_finding(instead("current_offset", 1)), parameters=huge)
     far = replace(diagnosis(), findings=(pushed,), undecided=(), budget=None, located=())
     answering(monkeypatch, lambda *_, **__: far)
     monkeypatch.setattr(diagnose_command, "refit", lambda *_, **__: None)
@@ -159,48 +136,29 @@ def test_a_simulation_that_diverges_does_not_lose_the_answer(runs, tmp_path, mon
     assert read_shown(out / "diagnosis.json").forward is not None
 
 
-def test_filters_are_those_of_identify(tmp_path, runs, monkeypatch):
+def test_options_give_runs_their_roles_and_filters(runs, tmp_path, monkeypatch):
     seen = []
-    keep = lambda *_, filtering, **__: seen.append(filtering) or diagnosis()  # noqa: E731
-    answering(monkeypatch, keep)
-    options = ["--position-cutoff", "9", "--torque-cutoff", "6", "--standstill", "0.02"]
-    out = ["--quick", "--output", str(tmp_path / "out")]
-    for given in ([*runs, *options], runs):
-        assert main(["diagnose", *given, *out]) == 0
-    assert seen == [Filtering(None, 9.0, 6.0, 0.02), Filtering()]
-
-
-def test_options_give_runs_their_roles(runs, tmp_path, monkeypatch):
-    seen = []
-    answering(monkeypatch, lambda model, runs, *_, **__: seen.append(runs) or diagnosis())
+    answering(monkeypatch, lambda *given, filtering, **_: seen.append((*given, filtering)) or diagnosis())
     robot, one, two, three = runs
     arguments = [robot, one, "--slow", two, "--validate", three, "--payload", one, "--mass", "3"]
-    assert main(["diagnose", *arguments, "--quick", "--output", str(tmp_path / "out")]) == 0
-    assert [role for role, _ in seen[0]] == ["identify", "slow", "validate", "payload"]
-    assert dict(seen[0][3][1].payload.known) == {"M": 3.0}
-
-
-def test_without_a_robot_the_recordings_bring_theirs(runs, tmp_path, monkeypatch):
-    seen = []
-    answering(monkeypatch, lambda model, *_, **__: seen.append(model) or diagnosis())
-    assert main(["diagnose", *runs[1:], "--quick", "--output", str(tmp_path / "out")]) == 0
-    assert seen[0].names == nominal_model().names
+    filters = ["--position-cutoff", "9", "--torque-cutoff", "6", "--standstill", "0.02"]
+    for given in ([*arguments, *filters], runs[1:]):
+        assert main(["diagnose", *given, "--quick", "--output", str(tmp_path / "out")]) == 0
+    assert [role for role, _ in seen[0][1]] == ["identify", "slow", "validate", "payload"]
+    assert dict(seen[0][1][3][1].payload.known) == {"M": 3.0}
+    assert [given[-1] for given in seen] == [Filtering(None, 9.0, 6.0, 0.02), Filtering()]
+    assert seen[1][0].names == nominal_model().names  # the recordings bring their robot
 
 
 def test_what_cannot_be_asked_is_a_warning_and_the_rest_is_answered(tmp_path, capsys):
-    first, second, held_out = recordings()
-    short = replace(recording("identify", 7), name="short", signals=_first(first, 1.0))
-    paths = write(tmp_path, first, second, short)
+    first = recording("identify", 0, length=8.0)
+    cut = {name: signal[signal.time < 1.0] for name, signal in first.signals.items()}
+    paths = write(tmp_path, first, replace(first, name="short", signals=cut))
     assert main(["diagnose", *paths, "--quick", "--output", str(tmp_path / "out")]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "Short is left out: 1.00 s is too short for filters" in text
     assert "No run was held out, so an improved fit proves nothing" in text
     assert "Temperatures were not recorded" in text
-
-
-def _first(recording, seconds):
-    kept = {name: signal.time < seconds for name, signal in recording.signals.items()}
-    return {name: signal[kept[name]] for name, signal in recording.signals.items()}
 
 
 @pytest.mark.parametrize(
@@ -214,8 +172,7 @@ def _first(recording, seconds):
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(arguments, message, runs, tmp_path, capsys):
-    other = tmp_path / "other.mcap"
-    write_recording(of_another_arm(recordings()[0]), other)
+    [other] = write(tmp_path, of_another_arm(recordings()[0]))
     names = dict(zip(("robot", "one", "two", "held_out"), runs, strict=True)) | {"other": other}
     given = [argument.format(**names) for argument in arguments]
     if "--output" not in given:
@@ -235,11 +192,11 @@ def test_temperatures_that_are_there_are_no_warning():
 
 
 def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_candidates():
-    one = diagnosis()
-    found = replace(one.findings[0], probability=0.65, alternatives=(instead("torque_ripple", 1, 0.3),))
-    run = one.evidence.traces[0]
+    plain = diagnosis()
+    finding = replace(plain.findings[0], probability=0.65, alternatives=(instead("torque_ripple", 1, 0.3),))
+    run = plain.evidence.traces[0]
     moment = Moment(run.name, float(run.time[5]), float(run.time[30]), (1,), np.array([0.0, 1.0, 0.0]), 7.0)
-    full = replace(one, findings=(), undecided=(found,), moments=(moment,))
+    full = replace(plain, findings=(), undecided=(finding,), moments=(moment,))
     html = report_html(full)
     page = Page(html)
     sections = [attributes["id"] for tag, attributes in page.elements if tag == "section"]
@@ -256,10 +213,9 @@ def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_ca
 
 def test_the_page_reports_what_is_left_without_a_name():
     left = (Remainder(1, 2.14, 0.999, "position"),)
-    page = Page(
-        report_html(replace(diagnosis(), findings=(), undecided=(), budget=None, located=(), remainders=left))
-    )
+    nothing = replace(diagnosis(), findings=(), undecided=(), budget=None, located=(), remainders=left)
+    page = Page(report_html(nothing))
     assert "none of the effects that exidyn knows" in page.words
-    assert "unexplained" in [attributes.get("id") for tag, attributes in page.elements if tag == "section"]
+    assert "unexplained" in sections_of(page)
     bare = Page(report_html(replace(diagnosis(), evidence=None)))
     assert "loaded without the samples of its runs" in bare.words

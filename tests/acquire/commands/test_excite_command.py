@@ -18,25 +18,18 @@ from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import limits
+from ...parts.plans.small_search import make_small
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit
 
 pytestmark = pytest.mark.clocked(patient=True)
 
-QUICK = [
-    "--harmonics",
-    "1",
-    "--period",
-    "3",
-    "--length",
-    "3",
-    "--tick",
-    "0.004",
-    "--starts",
-    "1",
-    "--search",
-    "60",
-]
+QUICK = "--harmonics 1 --period 3 --length 3 --tick 0.004 --search 60".split()
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    make_small(monkeypatch)
 
 
 @pytest.fixture
@@ -59,16 +52,15 @@ def test_it_writes_a_plan_that_can_be_run(robot, capsys):
     torque = TorqueBound(two_joints.model(), limits().torque).of("")
     assert not check(plan.trajectory, limits(), 0.004, torque)
     printed, text = capsys.readouterr()
-    assert f"written: {output}; exidyn show {output} --robot {robot} draws it" in printed
+    assert f"written: {output}; exidyn excite {robot} --show {output} draws it" in printed
     assert f"condition number {plan.reached:.4g}" in text
     assert "BEYOND" not in printed
     assert "start 1 of 1: condition number" in text
 
 
-def test_a_window_in_degrees_is_kept(robot):
-    code, output = excite(
-        robot, "--start", "20", "-30", "--degrees", "--window", "15", "--criterion", "volume"
-    )
+def test_a_window_in_degrees_is_kept(robot, monkeypatch):
+    make_small(monkeypatch, criterion="volume")
+    code, output = excite(robot, "--start", "20", "-30", "--degrees", "--window", "15")
     assert code == 0
     reached = read_plan(output).trajectory.extremes().position
     start = np.radians([20.0, -30.0])
@@ -76,31 +68,34 @@ def test_a_window_in_degrees_is_kept(robot):
     np.testing.assert_allclose(read_plan(output).trajectory.at(np.zeros(1)).position[0], start, atol=1e-6)
 
 
-def test_a_pair_after_a_fit_and_several_at_once(robot, tmp_path, capsys):
+def test_a_pair_and_a_run_after_a_fit(robot, tmp_path, capsys, monkeypatch):
     write_fit(fit(), tmp_path / "fit.json")
-    assert excite(robot, "--mass", "3", "--com", "0.1", "0", "0.05", "--criterion", "volume")[0] == 0
-    assert read_plan(tmp_path / "made" / "trajectory.toml").payload_pair
-    assert excite(robot, "--after", str(tmp_path / "fit.json"), "--trajectories", "2")[0] == 0
-    plans = [read_plan(tmp_path / "made" / f"trajectory-{k}.toml") for k in (1, 2)]
-    assert {plan.criterion for plan in plans} == {"worst"}
+    code, output = excite(robot, "--after", str(tmp_path / "fit.json"))
+    assert code == 0
+    assert read_plan(output).criterion == "worst"
+    make_small(monkeypatch, criterion="volume")
+    assert excite(robot, "--mass", "3", "--com", "0.1", "0", "0.05")[0] == 0
+    assert read_plan(output).payload_pair
     assert "worst relative standard deviation" in capsys.readouterr().out
 
 
-def test_a_region_is_kept(robot, tmp_path):
+def test_a_region_is_kept(robot, tmp_path, monkeypatch):
+    make_small(monkeypatch, criterion="volume")
     (tmp_path / "cell.toml").write_text(
         '[[region]]\npoint = "flange"\nlower = [-9.0, -9.0, -0.2]\nupper = [9.0, 9.0, 9.0]\n'
     )
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.2], [9.0, 9.0, 9.0]))
-    code, output = excite(robot, "--cell", str(tmp_path / "cell.toml"), "--criterion", "volume")
+    code, output = excite(robot, "--cell", str(tmp_path / "cell.toml"))
     assert code == 0
     assert floor.worst(read_plan(output).trajectory).allowed
-    code, output = excite(robot, "--criterion", "volume")
+    code, output = excite(robot)
     assert code == 0
     assert not floor.worst(read_plan(output).trajectory).allowed
 
 
-def test_an_obstacle_in_the_robot_file_is_kept_clear_of(tmp_path, capsys):
+def test_an_obstacle_in_the_robot_file_is_kept_clear_of(tmp_path, capsys, monkeypatch):
     """The motion that is searched without it runs into it, and `exidyn record` refuses that one."""
+    make_small(monkeypatch, criterion="volume")
     text = urdf_text(two_joints.model()).replace("visual>", "collision>")
     (tmp_path / "bodies.urdf").write_text(text)
     crate = '[[obstacle]]\nname = "crate"\nbox = 0.3\nat = [0.5, 0.0, -0.3]\n'
@@ -108,13 +103,13 @@ def test_an_obstacle_in_the_robot_file_is_kept_clear_of(tmp_path, capsys):
     robot, recorded = tmp_path / "robot.toml", tmp_path / "run.mcap"
     robot.write_text(f'urdf = "bodies.urdf"\n{limits}{crate}')
     record = ["--robot", str(robot), "--dry-run", "-o", str(recorded)]
-    code, through = excite(str(robot), "--no-collision", "--criterion", "volume")
+    code, through = excite(str(robot), "--no-collision")
     assert code == 0
     capsys.readouterr()
     assert main(["record", through, *record]) == REFUSED
     assert "to crate by" in capsys.readouterr().err
     assert not recorded.exists()
-    code, around = excite(str(robot), "--criterion", "volume")
+    code, around = excite(str(robot))
     assert code == 0
     assert main(["record", around, *record]) == 0
     assert read_plan(around).details["nearest"].startswith("link")
@@ -136,14 +131,12 @@ def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, caps
 
 
 WRONG = {
-    "no starts": (["--starts", "0"], "0 starts"),
     "no time": (["--search", "-1"], "-1 s"),
     "no harmonics": (["--harmonics", "0"], "harmonics: 0; there must be at least 1"),
     "no tick": (["--tick", "0"], "tick: 0 s"),
     "period NaN": (["--period", "nan"], "period: nan s"),
     "period endless": (["--period", "inf"], "period: inf s"),
     "length": (["--length", "-2"], "length: -2 s"),
-    "no trajectories": (["--trajectories", "0"], "trajectories: 0"),
     "seed": (["--seed", "-1"], "seed: -1"),
     "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one per joint"),
     "start NaN": (["--start", "nan"], "shoulder: start nan is outside"),
@@ -176,9 +169,8 @@ def test_a_wrong_wish_is_one_clear_line(robot, capsys, arguments, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--criterion", "best"], "condition"),
         (["--shapes", "rust"], "stribeck"),
-        (["--harmonics", "x"], "'x' is not a whole number"),
+        (["--seed", "x"], "'x' is not a whole number"),
     ],
 )
 def test_options_that_there_are_not_are_listed(robot, capsys, arguments, words):
@@ -233,12 +225,11 @@ def test_an_unknown_robot_is_one_clear_line(capsys):
     assert len(text.splitlines()) == 1
 
 
-@pytest.mark.parametrize("starts", ["1", "2"])
-def test_ctrl_c_keeps_the_best(robot, tmp_path, starts):
+def test_ctrl_c_keeps_the_best(robot, tmp_path):
     """The whole group gets the signal, as from a keyboard, a second into a search of half a minute."""
     output = tmp_path / "best.toml"
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "excite", robot, "-o", str(output)]
-    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--search", "600", "--starts", starts]
+    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--search", "600"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )

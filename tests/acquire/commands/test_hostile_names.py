@@ -1,27 +1,18 @@
 """Names in files of others are no paths: whatever a command writes stays in the folder it was given."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import UTC, datetime
 
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.fleet.source import Source
-from exidyn.acquire.fleet.store import Store
-from exidyn.acquire.fleet.store_schema import IndexRow
-from exidyn.acquire.fleet.work import identify_new, report_path
 from exidyn.identification.export import FORMATS
 from exidyn.identification.fit.fit_file import write_fit
-from exidyn.identification.fleet.kind import kind_key
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.robot_files.robot_file import model_text
 
-from ...parts.small.fleet_runs import REFERENCE, START, check_run
 from ...parts.small.small_fit import plain_fit
 from ...parts.small.two_joint_files import NOMINAL, run
-from ...parts.small.two_joints import GAIN
 
 NAMES = ["../../../PWNED", "{outside}/PWNED", "..", "a/b/../../c", "NUL"]
 
@@ -74,31 +65,3 @@ def test_import_of_recordings(folder, tmp_path, name):
         folder / "source.mcap"
     ]
     assert len(list((folder / "new").glob("*.mcap"))) == 1
-
-
-def test_pages_and_kinds_of_a_fleet(folder, tmp_path, name):
-    store = Store(folder)
-    date = datetime(2026, 1, 1, tzinfo=UTC)
-    row = IndexRow("key", date, "", "run.mcap", 0, 0.0, "", "", name)
-    page = report_path(store, row)
-    assert page.resolve().parent.parent == folder / "reports"
-    other = IndexRow("key", date, "", "run.mcap", 0, 0.0, "", "", f"{name} ")
-    assert report_path(store, other) != page
-    recording = check_run({}, GAIN, [REFERENCE, REFERENCE], START)
-    key = kind_key(replace(recording, model=renamed(recording.model, name)))
-    assert (folder / f"{key}.json").resolve().parent == folder
-    store.write_run(row)
-    assert all((folder / "runs") in path.parents for path in tmp_path.rglob("*.parquet"))
-    assert [row.arm for row in store.index().values()] == [name]
-
-
-def test_a_fleet_whose_robot_has_a_path_for_a_name(folder, tmp_path, name):
-    recording = check_run({}, GAIN, [REFERENCE, REFERENCE], START)
-    (folder / "check" / "arm").mkdir(parents=True)
-    write_recording(
-        replace(recording, model=renamed(recording.model, name)), folder / "check" / "arm" / "run.mcap"
-    )
-    with ThreadPoolExecutor(1) as executor:
-        identify_new(Source("check"), Store(folder / "store"), executor)
-    assert all(folder in path.parents for path in outside(folder, tmp_path))
-    assert len(list((folder / "store" / "kinds").glob("*.json"))) == 1

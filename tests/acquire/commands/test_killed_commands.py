@@ -3,14 +3,13 @@
 import signal
 import socket
 import sys
-from collections.abc import Callable
 
 import pytest
 
 from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.descendants import started, within
-from ...parts.small import fleet_runs, two_joints
+from ...parts.small import two_joints
 from ...parts.small.two_joint_files import run, write
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -54,25 +53,13 @@ def test_the_server_of_a_view_ends_with_it(tmp_path, how):
         assert within(PATIENCE, lambda: not listening(port) and not listening(port + 1))
 
 
-def killed_while_workers_work(command: list[str], working: Callable[[], bool]) -> None:
-    with started([*EXIDYN, *command], OMP_NUM_THREADS="1") as killed:
+def test_the_workers_of_a_search_end_with_it(tmp_path):
+    (tmp_path / "robot.toml").write_text(model_text(two_joints.model()))
+    output = ["-o", str(tmp_path / "trajectory.toml"), "--search", "600"]
+    command = [*EXIDYN, "excite", str(tmp_path / "robot.toml"), *output]
+    with started(command, OMP_NUM_THREADS="1") as killed:
         # two workers, the command itself, and Python's process that tracks resources
-        assert within(PATIENCE, lambda: len(killed.alive()) >= 4 and working()), killed.alive()
+        assert within(PATIENCE, lambda: len(killed.alive()) >= 4), killed.alive()
         killed.process.kill()
         killed.process.wait(PATIENCE)
         assert within(PATIENCE, lambda: not killed.alive())
-
-
-@pytest.mark.parametrize("more", [[], ["--cluster", "local"]])
-def test_the_workers_of_a_fleet_end_with_it(tmp_path, more):
-    if more:
-        pytest.importorskip("distributed")
-    fleet_runs.write_season(tmp_path / "runs", 2, 8)
-    command = ["fleet", str(tmp_path / "runs"), "-o", str(tmp_path / "out"), "--workers", "2", *more]
-    killed_while_workers_work(command, lambda: any(tmp_path.glob("out/runs/*/*/*.parquet")))
-
-
-def test_the_workers_of_a_search_end_with_it(tmp_path):
-    (tmp_path / "robot.toml").write_text(model_text(two_joints.model()))
-    output = ["-o", str(tmp_path / "trajectory.toml"), "--search", "600", "--starts", "2"]
-    killed_while_workers_work(["excite", str(tmp_path / "robot.toml"), *output], lambda: True)

@@ -14,6 +14,7 @@ from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.plans.plan_file import read_plan
 
 from ...parts.plans.excitation import limits
+from ...parts.plans.small_search import make_small
 from ...parts.small import two_joints
 
 pytestmark = pytest.mark.slow
@@ -58,11 +59,12 @@ def test_what_cannot_be_is_reported_by_the_joints_name(robot, capsys):
     assert "exidyn: elbow: at 2.44 rad its excursion is at most" in capsys.readouterr().err
 
 
-def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, capsys):
+def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, capsys, monkeypatch):
+    make_small(monkeypatch)
     springy = two_joints.model(JointSpring(("elbow",)))
     springy = replace(springy, stated={**springy.stated, "Ks2": Prior(20.0)})
     (robot / "springy.toml").write_text(model_text(springy))
-    small = ["--period", "3", "--harmonics", "1", "--length", "3", "--starts", "1", "--search", "60"]
+    small = ["--period", "3", "--harmonics", "1", "--length", "3"]
     assert excite(robot, "--against", str(robot / "springy.toml"), *small) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "robot.toml or " in printed
@@ -87,8 +89,9 @@ def test_a_file_that_cannot_be_written_is_reported_before_the_search(robot, caps
     assert "searching" not in capsys.readouterr().err
 
 
-def test_a_poor_motion_is_called_poor(robot, capsys):
+def test_a_poor_motion_is_called_poor(robot, capsys, monkeypatch):
+    make_small(monkeypatch)
     tight = ["--start", "0.1", "0.2", "--window", "0.0005", "--period", "3", "--harmonics", "1"]
-    assert excite(robot, *tight, "--starts", "1", "--search", "5") == 0
+    assert excite(robot, *tight, "--search", "5") == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "WARNING: the best motion found is poor: condition number" in out

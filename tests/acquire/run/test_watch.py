@@ -15,7 +15,7 @@ from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import watch_command
 from exidyn.acquire.run.listener import Listener, Reading
 from exidyn.acquire.terminal.joint_units import JointUnits
-from exidyn.acquire.terminal.watch_text import Residual, json_line, line, table_lines
+from exidyn.acquire.terminal.watch_text import json_line, line, table_lines
 from exidyn.drivers import Arm, Info
 from exidyn.drivers.errors import LinkLost
 
@@ -29,7 +29,7 @@ from ...peers.driver_peers import peer_of
 
 pytestmark = pytest.mark.clocked
 
-SHORT = ["--seconds", "1.0"]
+SHORT = ["--length", "1.0"]
 """Long enough for a few answers from a peer whose process has to wait on a busy machine."""
 
 
@@ -85,7 +85,7 @@ def test_what_was_heard_before_the_end_is_shown_and_then_why_it_ended(error):
 
 
 def test_without_a_terminal_it_is_a_line_a_reading(capsys):
-    assert main(["watch", "--robot", "cobot", "--every", "0.1", *SHORT]) == 0
+    assert main(["watch", "--robot", "cobot", "--length", "2.0"]) == 0
     printed = capsys.readouterr()
     lines = printed.out.splitlines()
     assert len(lines) >= 2
@@ -97,7 +97,7 @@ def test_without_a_terminal_it_is_a_line_a_reading(capsys):
 def test_the_mock_keeps_real_time_whatever_its_file_says(tmp_path):
     path = controller_file(tmp_path, "mock", {"clock": "stepped", "cycle": 0.01})
     given = watch_command.watch_command.parser().parse_args(["--controller", str(path), "--robot", "cobot"])
-    driver, _ = watch_command._driver(given, None, None)
+    driver, _ = watch_command._driver(given, None)
     assert driver.in_real_time
 
 
@@ -223,14 +223,3 @@ def test_what_is_not_known_is_null_and_a_dash():
     assert "position 5.73 - 500.00" in text
     assert "torque" not in text
     assert text.endswith("fault: tripped; message: a sentence")
-
-
-def test_a_residual_over_its_limit_is_named():
-    found = Residual(np.array([0.5, 2.0, np.nan]), np.array([1.0, 1.0, 1.0]), 20.0, "")
-    near = reading(position=np.zeros(3))
-    assert "ALARM: residual of achse_2 over 20 s" in line(near, UNITS, INFO, 1.0, [found])
-    rows = table_lines(near, UNITS, INFO, 1.0, [], [found])
-    assert rows[3].split()[-3:] == ["2.00", "1.00", "off"]
-    assert "ALARM: residual of achse_2 over 20 s" in rows
-    assert json.loads(json_line(near, UNITS, 1.0, [found]))["residual_alarms"] == ["achse_2"]
-    assert not any("ALARM" in row for row in table_lines(near, UNITS, INFO, 1.0, []))

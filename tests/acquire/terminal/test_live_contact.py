@@ -39,7 +39,7 @@ def test_live_and_offline_agree_in_pieces_of_any_length():
     fit, free = identify([arm.run("train", 1)]), [arm.run("free", 2)]
     run = arm.run("touched", 4, 6.0, [TOUCH])
     offline = contact(fit, run, free)
-    live, received, readings = LiveContact(fit, free, "", 1.0, 5.0), samples(run), []
+    live, received, readings = LiveContact(fit, free, "", 1.0), samples(run), []
     for start in range(0, len(received), 91):
         readings.append(live.add(received[start : start + 91]))
     assert readings[-1].contacts == len(offline.alarms) == 1
@@ -50,7 +50,7 @@ def test_live_and_offline_agree_in_pieces_of_any_length():
     np.testing.assert_allclose(middle.force, TOUCH.force, atol=1.5)
     assert np.any(np.abs(middle.torque) > middle.contact_from)
     assert live.add([]).contacts == 1
-    alone = LiveContact(fit, [], "", 1.0, 5.0)
+    alone = LiveContact(fit, [], "", 1.0)
     last = alone.add(received)
     assert np.isnan(last.contact_from).all()
     assert last.over == ()
@@ -59,7 +59,7 @@ def test_live_and_offline_agree_in_pieces_of_any_length():
 
 def test_a_threshold_needs_runs_that_the_fit_has_not_used():
     with pytest.raises(RecordingError, match="empty was used for the fit"):
-        LiveContact(small_fit.fit(), [two_joint_files.run("empty")], "", 1.0, 5.0)
+        LiveContact(small_fit.fit(), [two_joint_files.run("empty")], "", 1.0)
 
 
 def test_the_arm_of_watch_is_that_of_the_fit(tmp_path, capsys):
@@ -69,8 +69,8 @@ def test_the_arm_of_watch_is_that_of_the_fit(tmp_path, capsys):
     model = two_joint_files.of_another_arm(two_joint_files.run("new")).model
     other = replace(model, robot=replace(model.robot, name="long arm"))
     (tmp_path / "robot.toml").write_text(model_text(other))
-    arguments = ["--robot", str(tmp_path / "robot.toml"), "--contact", str(tmp_path / "fit.json")]
-    assert main(["watch", "--driver", "mock", *arguments, "--seconds", "0.1"]) == REFUSED
+    arguments = ["--robot", str(tmp_path / "robot.toml"), "--fit", str(tmp_path / "fit.json")]
+    assert main(["watch", "--driver", "mock", *arguments, "--length", "0.1"]) == REFUSED
     assert "is of two joints, an arm with other geometry than --robot" in capsys.readouterr().err
 
 
@@ -80,19 +80,19 @@ def test_words_of_a_reading():
     units = JointUnits.of(two_joint_files.NOMINAL.robot)
     info = Info(0.002, "host", ("position", "current"))
     external = External(np.array([0.5, -7.25]), np.array([3.0, 2.0]), np.array([1.0, np.nan, -9.0]), (1,), 2)
-    text = line(reading, units, info, 1.0, [external])
+    text = line(reading, units, info, 1.0, external)
     assert "external torque 0.50 -7.25 N m; CONTACT: elbow; force on the flange 1.0 - -9.0 N" in text
-    rows = table_lines(reading, units, info, 1.0, [], [external])
+    rows = table_lines(reading, units, info, 1.0, [], external)
     assert rows[3].split()[-3:-1] == ["-7.25", "2.00"]
     assert "CONTACT: elbow" in rows
     assert "contacts so far: 2" in rows
-    content = json.loads(json_line(reading, units, 1.0, [external]))
+    content = json.loads(json_line(reading, units, 1.0, external))
     assert content["external_torque"] == [0.5, -7.25]
     assert (content["contact"], content["contacts"], content["force"]) == (["elbow"], 2, [1.0, None, -9.0])
     assert "external_torque" not in json.loads(json_line(reading, units, 1.0))
     hint = "no threshold of contact: state runs without contact with --free"
     assert hint not in text
-    assert hint in line(reading, units, info, 1.0, [external._replace(contact_from=np.full(2, np.nan))])
+    assert hint in line(reading, units, info, 1.0, external._replace(contact_from=np.full(2, np.nan)))
 
 
 @pytest.mark.clocked(patient=True)
@@ -100,14 +100,12 @@ def test_watch_estimates_on_the_mock(tmp_path, monkeypatch, capsys):
     write_fit(small_fit.fit(), tmp_path / "fit.json")
     monkeypatch.chdir(tmp_path)
     arguments = [
-        "--contact",
+        "--fit",
         "fit.json",
         "--driver",
         "mock",
-        "--seconds",
+        "--length",
         "2",
-        "--every",
-        "0.5",
         "--json",
         "-",
     ]
@@ -120,4 +118,4 @@ def test_watch_estimates_on_the_mock(tmp_path, monkeypatch, capsys):
 
 def test_runs_without_contact_need_a_fit(tmp_path, capsys):
     assert main(["watch", "--driver", "mock", "--robot", "cobot", "--free", "run.mcap"]) == REFUSED
-    assert "--free is for a threshold of contact; name the fit with --contact" in capsys.readouterr().err
+    assert "--free is for a threshold of contact; name the fit with --fit" in capsys.readouterr().err

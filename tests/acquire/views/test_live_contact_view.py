@@ -50,7 +50,7 @@ def watch(free, shown):
     """A watched arm that lifts 3 kg after 8 s and puts them down 4 s later."""
     before, loaded = (samples(run) for run in (two_joint_files.run("loaded", 1, 2), two_joint_files.loaded()))
     received = [*before[:2000], *loaded[2000:3000], *before[3000:]]
-    live = LiveContact(small_fit.fit(), free, "", 1.0, 5.0)
+    live = LiveContact(small_fit.fit(), free, "", 1.0)
     live.show([shown])
     for start in range(0, len(received), PIECE):
         live.add(received[start : start + PIECE])
@@ -108,7 +108,7 @@ def test_contacts_are_events_with_begin_and_end(chunks):
 
 def test_without_a_threshold_there_are_torques_only():
     shown = Sink()
-    live = LiveContact(small_fit.fit(), [], "", 1.0, 5.0)
+    live = LiveContact(small_fit.fit(), [], "", 1.0)
     live.show([shown])
     live.add(samples(two_joint_files.run("loaded", 1, 2))[:500])
     rows = ContactRows.read([frame[5:] for frame in shown[1:]])
@@ -122,7 +122,7 @@ def test_a_view_that_hangs_delays_nothing_and_is_reported(free, tmp_path, capsys
     (view,) = start_view(Targets(save=tmp_path / "contact.rrd"), CONTACT_PROCESS)
     with view:
         os.kill(view.process_id, signal.SIGSTOP)
-        live = LiveContact(small_fit.fit(), [], "", 1.0, 5.0)
+        live = LiveContact(small_fit.fit(), [], "", 1.0)
         live.show([view])
         rows = ContactRows(*(np.zeros((20_000, *shape)) for shape in ((), (2,), (2,), (2,), (3,))))
         begun = time.monotonic()
@@ -137,7 +137,7 @@ def test_a_view_that_hangs_delays_nothing_and_is_reported(free, tmp_path, capsys
 def test_watch_saves_the_view_of_the_mock(tmp_path, monkeypatch, capsys):
     write_fit(small_fit.fit(), tmp_path / "fit.json")
     monkeypatch.chdir(tmp_path)
-    arguments = ["--contact", "fit.json", "--driver", "mock", "--seconds", "2", "--every", "0.5"]
+    arguments = ["--fit", "fit.json", "--driver", "mock", "--length", "2"]
     assert main(["watch", *arguments, "--save", "live.rrd"]) == 0
     assert "written: live.rrd" in capsys.readouterr().err
     chunks = read(tmp_path / "live.rrd")
@@ -151,9 +151,9 @@ def test_watch_saves_the_view_of_the_mock(tmp_path, monkeypatch, capsys):
     ("arguments", "message"),
     [
         (["--robot", "cobot", "--view"], "--view, --serve and --save show external torques; name the fit"),
-        (["--contact", "fit.json", "--save", "fit.json"], "--save would overwrite a file that is read"),
-        (["--contact", "fit.json", "--save", "no/live.rrd"], "there is no folder"),
-        (["--contact", "fit.json", "--serve", "here"], r"--serve here: "),
+        (["--fit", "fit.json", "--save", "fit.json"], "--save would overwrite a file that is read"),
+        (["--fit", "fit.json", "--save", "no/live.rrd"], "there is no folder"),
+        (["--fit", "fit.json", "--serve", "here"], r"--serve here: "),
     ],
 )
 def test_a_view_that_cannot_be_is_refused_before_the_controller_is_opened(

@@ -41,7 +41,7 @@ def cut(run, tmp_path):
 
 def test_a_part_becomes_a_whole_file_that_other_readers_open(run, cut, capsys):
     before = cut.read_bytes()
-    assert main(["recover", str(cut)]) == LOST
+    assert main(["info", "--repair", str(cut)]) == LOST
     text = capsys.readouterr()
     whole = cut.with_suffix("")
     found, expected = messages(whole), messages(run)
@@ -68,7 +68,7 @@ def test_what_was_recovered_reads_as_what_was_left_and_reports_it(cut):
 
 
 def test_a_whole_file_loses_nothing(run, tmp_path, capsys):
-    assert main(["recover", str(run), "--output", str(tmp_path / "copy.mcap")]) == 0
+    assert main(["info", "--repair", str(run), "--output", str(tmp_path / "copy.mcap")]) == 0
     assert messages(tmp_path / "copy.mcap") == messages(run)
     assert read_recording(tmp_path / "copy.mcap").warnings == read_recording(run).warnings
     assert capsys.readouterr().err == ""
@@ -84,7 +84,7 @@ def test_names_of_what_is_recovered(tmp_path):
 def test_nothing_is_written_over(cut, capsys):
     other = cut.with_name("other.mcap")
     other.write_text("precious")
-    assert main(["recover", str(cut), "--output", str(other)]) == REFUSED
+    assert main(["info", "--repair", str(cut), "--output", str(other)]) == REFUSED
     assert "other.mcap exists and is not written over" in capsys.readouterr().err
     assert other.read_text() == "precious"
 
@@ -92,8 +92,8 @@ def test_nothing_is_written_over(cut, capsys):
 def test_what_is_no_recording_is_refused(tmp_path, capsys):
     for name, content in (("empty", b""), ("text", b"hello, world"), ("begin", b"\x89MCAP0\r\n")):
         (tmp_path / name).write_bytes(content)
-        assert main(["recover", str(tmp_path / name)]) == REFUSED
-    assert main(["recover", str(tmp_path / "missing")]) == REFUSED
+        assert main(["info", "--repair", str(tmp_path / name)]) == REFUSED
+    assert main(["info", "--repair", str(tmp_path / "missing")]) == REFUSED
     assert "there is nothing in it to rescue" in capsys.readouterr().err
     assert {file.name for file in tmp_path.iterdir()} == {"empty", "text", "begin"}
 

@@ -1,4 +1,4 @@
-"""exidyn compare: two recordings of one motion, where they differ, and what follows from that."""
+"""exidyn simulate --against: two recordings of one motion, where they differ, and what follows from that."""
 
 import json
 from dataclasses import replace
@@ -122,12 +122,9 @@ def test_a_slower_simulation_is_compared_up_to_where_it_goes():
     assert np.all(found.effort.rms < 2.0 * found.effort.noise)
 
 
-def test_other_payloads_are_a_warning():
+def test_runs_that_differ_too_much_are_warned_of_or_refused():
     found = compare(replace(made("sim"), payload=KnownPayload("L", (("M", 3.0),))), made("real"))
     assert found.warnings == ("sim carries L, M 3, but real carries no payload",)
-
-
-def test_nothing_in_common_is_refused():
     with pytest.raises(RecordingError, match=r"overlap for .* filters at .* state the offset"):
         compare(late(made("sim"), 30.0), made("real"))
     other = made("real")
@@ -136,6 +133,10 @@ def test_nothing_in_common_is_refused():
     robot.kinematics.names[1] = "hip"
     with pytest.raises(DifferentRobot, match="give the joints the same names"):
         compare(made("sim"), replace(other, model=Model(robot, other.model.effects)))
+
+
+def against(simulated: str, recorded: str, *options: str) -> int:
+    return main(["simulate", simulated, "--against", recorded, *options])
 
 
 @pytest.fixture
@@ -147,7 +148,7 @@ def files(tmp_path):
 
 def test_page_names_the_joint_aligns_the_clocks_and_goes_on(files, tmp_path, capsys):
     path = tmp_path / "compared.json"
-    assert main(["compare", *files, "--json", str(path)]) == 0
+    assert against(*files, "--json", str(path)) == 0
     page, text = capsys.readouterr()
     assert text == f"written: {path}\n"
     assert max(map(len, page.splitlines()[:-3])) <= WIDTH
@@ -163,7 +164,7 @@ def test_page_names_the_joint_aligns_the_clocks_and_goes_on(files, tmp_path, cap
 
 
 def test_what_is_printed_as_next_can_be_run(files, tmp_path, capsys):
-    assert main(["compare", *files]) == 0
+    assert against(*files) == 0
     export = next(line for line in capsys.readouterr().out.splitlines() if "exidyn export" in line)
     assert main(export.split()[1:]) == 0
     assert "Ks2" in read_model(export.split()[-1]).names
@@ -171,17 +172,17 @@ def test_what_is_printed_as_next_can_be_run(files, tmp_path, capsys):
 
 def test_same_models_need_no_export(tmp_path, capsys):
     files = write(tmp_path, made("sim", 12.0), made("real", seed=2))
-    assert main(["compare", *files]) == 0
+    assert against(*files) == 0
     assert f"  exidyn diagnose {files[1]}\n" in capsys.readouterr().out
     robot = tmp_path / "robot.toml"
     robot.write_text(model_text(two_joints.model()))
-    assert main(["compare", *files, "--robot", str(robot)]) == 0
+    assert against(*files, "--robot", str(robot)) == 0
     assert f"  exidyn diagnose {robot} {files[1]}\n" in capsys.readouterr().out
 
 
 def test_two_runs_alike_leave_nothing_to_diagnose(tmp_path, capsys):
     files = write(tmp_path, made("sim"), made("real", seed=2))
-    assert main(["compare", *files, "--offset", "0"]) == 0
+    assert against(*files, "--offset", "0") == 0
     assert "No joint's current differs by more than noise" in capsys.readouterr().out
 
 
@@ -192,7 +193,7 @@ def test_motion_that_repeats_itself_is_a_warning(tmp_path, capsys):
         time = one.signals["position"].time
         turning = np.sin(2 * np.pi * time / 4.0)[:, None] * np.array([0.5, 0.3])
         runs.append(replace(one, signals={**one.signals, "position": Signal(time, turning)}))
-    assert main(["compare", *write(tmp_path, *runs)]) == 0
+    assert against(*write(tmp_path, *runs)) == 0
     page = " ".join(capsys.readouterr().out.split())
     assert "4.00 s further, since the motion repeats itself; state the offset of the clocks" in page
 
@@ -206,14 +207,14 @@ def test_motion_that_repeats_itself_is_a_warning(tmp_path, capsys):
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(arguments, message, files, tmp_path, capsys, monkeypatch):
-    from exidyn.acquire.commands import compare_command
+    from exidyn.acquire.commands import comparison
 
-    read = compare_command.import_source
+    read = comparison.import_source
     monkeypatch.setattr(
-        compare_command, "import_source", lambda path, model: [] if path.is_dir() else read(path, model)
+        comparison, "import_source", lambda path, model: [] if path.is_dir() else read(path, model)
     )
     names = dict(zip(("sim", "real"), files, strict=True)) | {"case": tmp_path}
-    assert main(["compare", *(one.format(**names) for one in arguments)]) == REFUSED
+    assert against(*(one.format(**names) for one in arguments)) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
     assert message in line
 
@@ -222,4 +223,4 @@ def test_another_arm_is_compared_by_its_joints(tmp_path):
     other = tmp_path / "other.mcap"
     write_recording(of_another_arm(made("real", seed=2)), other)
     (sim,) = write(tmp_path, made("sim"))
-    assert main(["compare", sim, str(other)]) == 0
+    assert against(sim, str(other)) == 0

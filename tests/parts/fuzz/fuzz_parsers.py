@@ -11,9 +11,7 @@ import numpy as np
 
 from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.acquire.files.report_files import read_shown
-from exidyn.acquire.fleet.store import CHANGES
 from exidyn.acquire.run.arms import make_driver
-from exidyn.acquire.study.rounds import CHOICE
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.acquire.views.kinds import view_of
@@ -24,7 +22,7 @@ from exidyn.identification.recordings.mcap.mcap_recover import recover
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan_file import read_plan
 
-from ..runs import kept_files, parser_files
+from ..runs import parser_files
 from ..runs.parser_files import Files
 from ..small import two_joints
 from . import fuzz_uses
@@ -150,29 +148,6 @@ def _preset() -> list[Damage]:
     ]
 
 
-def _fleet() -> list[Damage]:
-    """Each kind of file of a store: of tables the rows, and the bytes."""
-    files = kept_files.fleet_store()
-    runs = [name for name in files if name.startswith("runs/")]
-    kind = f"kinds/{kept_files.KIND}.json"
-    rows = [({**files, name: kept_files.rows_of(files[name])}, name) for name in (*runs[:2], CHANGES)]
-    edits = [Damage(table, name, EDITED, kept_files.parquet_of) for table, name in rows]
-    return [
-        *edits,
-        *edits,
-        Damage(files, kind, JSON),
-        Damage(files, kind, EDITED),
-        Damage(files, runs[0], BINARY),
-    ]
-
-
-def _study() -> list[Damage]:
-    """The choice of each round, as text and by its values."""
-    files = kept_files.study()
-    names = [name for name in files if name.endswith(CHOICE)]
-    return [Damage(files, name, kinds) for name in names for kinds in (EDITED, JSON)]
-
-
 def _packed(name: str, plain: Callable[[], bytes]) -> Callable[[], list[Damage]]:
     """A compressed file: its bytes, and what is in it."""
     return lambda: [
@@ -196,7 +171,7 @@ def _controllers() -> list[Damage]:
 
 
 def _read_recording(folder: Path, name: str) -> None:
-    """As `exidyn info` does, printed and as JSON; and as `exidyn recover` does."""
+    """As `exidyn info` does, printed and as JSON; and as `exidyn info --repair` does."""
     for recording in import_source(folder / name):
         describe(recording)
         json_text({"recordings": [recording_table(recording)]})
@@ -254,8 +229,6 @@ PARSERS: dict[str, Parser] = {
     "HDF5": Parser(
         _one("run.h5", parser_files.hdf5, BINARY), lambda folder, name: import_source(folder / name, MODEL), 4
     ),
-    "fleet store": Parser(_fleet, lambda folder, name: fuzz_uses.compare(folder)),
-    "study": Parser(_study, lambda folder, name: fuzz_uses.notebook_of(folder)),
     "CSV, compressed": Parser(
         _packed("run.csv.gz", parser_files.table), lambda folder, name: import_source(folder / name, MODEL)
     ),

@@ -1,5 +1,6 @@
 """A log of a simulated arm, of which every unit, sign and order is known."""
 
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -7,11 +8,12 @@ import numpy as np
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.model import Model
-from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_file import described_model, read_model, urdf_text
+from exidyn.identification.robot_files.urdf import parse_urdf
 
 
 class SimulatedLog(NamedTuple):
-    """20 s of a built-in arm at 100 Hz: time (t,) [s], the rest (t, n) in SI, current with 2 % noise."""
+    """20 s of an arm at 100 Hz: time (t,) [s], the rest (t, n) in SI, current with 2 % noise."""
 
     model: Model
     time: np.ndarray
@@ -23,19 +25,33 @@ class SimulatedLog(NamedTuple):
 
 @cache
 def cobot_log() -> SimulatedLog:
-    return _log("cobot", np.array([0.0, -1.5, 0.5, -1.0, 0.5, 0.0]), 0.4)
+    return _log(read_model("cobot"), np.array([0.0, -1.5, 0.5, -1.0, 0.5, 0.0]), 0.4)
+
+
+def short_arm(name: str) -> Model:
+    """The first four joints of a built-in arm, which carry the others; hypotheses about four are few."""
+    arm = read_model(name)
+    model = described_model("short", parse_urdf(urdf_text(arm), moving=arm.robot.joints[:4]))
+    robot = replace(model.robot, inertias_stated=True, drive_gain=arm.robot.drive_gain[:4])
+    stated = {key: prior for key, prior in arm.stated.items() if key in model.names}
+    return replace(model, robot=robot, stated=stated)
+
+
+@cache
+def short_log() -> SimulatedLog:
+    return _log(short_arm("cobot"), np.array([0.0, -1.5, 0.5, -1.0]), 0.4)
 
 
 @cache
 def kr270_log() -> SimulatedLog:
     """With its spring balancer, which holds the most of what joint 2 carries."""
-    return _log("kr270", np.array([0.0, -1.2, 1.1, 0.0, 0.3, 0.0]), 0.3)
+    return _log(read_model("kr270"), np.array([0.0, -1.2, 1.1, 0.0, 0.3, 0.0]), 0.3)
 
 
-def _log(name: str, centre: np.ndarray, size: float) -> SimulatedLog:
-    model, rng = read_model(name), np.random.default_rng(3)
+def _log(model: Model, centre: np.ndarray, size: float) -> SimulatedLog:
+    rng = np.random.default_rng(3)
     time, rate = np.arange(2000) / 100.0, 2 * np.pi * np.arange(1, 5) / 10.0
-    sizes = rng.normal(size=(2, 6, 4)) * size / np.arange(1, 5)
+    sizes = rng.normal(size=(2, len(centre), 4)) * size / np.arange(1, 5)
     sine, cosine = np.sin(time[:, None] * rate), np.cos(time[:, None] * rate)
     position = centre + sine @ sizes[0].T + cosine @ sizes[1].T
     velocity = cosine @ (sizes[0] * rate).T - sine @ (sizes[1] * rate).T

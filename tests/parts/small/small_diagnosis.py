@@ -34,6 +34,7 @@ def nominal_model() -> Model:
     return replace(model, robot=robot, stated=stated)
 
 
+@cache
 def recording(role: str, seed: int, spring: float = STIFFNESS, length: float = 16.0) -> Recording:
     path = random_fourier(two_joints.arm().limits, length, period=4.0, seed=seed)
     values = TRUE | {"Ks2": spring}

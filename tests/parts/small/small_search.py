@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from exidyn.identification.diagnosis.diagnose import nominal
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.diagnosis.search.problem import Problem
 from exidyn.identification.diagnosis.search.search import SearchResult, search
-from exidyn.identification.effects import Effect
+from exidyn.identification.effects import Effect, JointSpring, NonlinearViscousFriction
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.simulation.simulate import simulate
@@ -70,6 +71,33 @@ def problem(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -
 
 def searched(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> SearchResult:
     return search(problem(runs, model))
+
+
+SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 4.0}
+DRAG, THICK = NonlinearViscousFriction(("elbow",), 1.7), {"Fn2": 1.5}
+
+
+@cache
+def spring_search() -> SearchResult:
+    """What is found on an arm with a soft spring; tests share it and do not change it."""
+    return searched(record([SPRING], SOFT))
+
+
+@cache
+def drag_search() -> SearchResult:
+    """What is found on an arm with nonlinear viscous friction."""
+    return searched(record([DRAG], THICK))
+
+
+@cache
+def drag_and_spring_search() -> SearchResult:
+    return searched(record([DRAG, SPRING], THICK | SOFT))
+
+
+@cache
+def sound_problem(runs: int = 1) -> Problem:
+    """Fitted runs of an arm that is as its model states."""
+    return problem(record(roles=("identify",) * runs))
 
 
 def names(found: SearchResult) -> list[tuple[str, tuple[int, ...]]]:

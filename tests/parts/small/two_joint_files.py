@@ -1,6 +1,7 @@
 """Recordings of the arm in two_joints.py as files, for what takes files."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ PLANT = two_joints.model(Payload("L"))
 NOMINAL = two_joints.model(gain=WRONG * two_joints.GAIN)
 
 
+@cache
 def run(
     name: str,
     motion_seed: int = 0,

@@ -1,0 +1,48 @@
+"""Result of a command: printed for a person or for scripts, and shown in Rerun's viewer."""
+
+from argparse import Namespace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..arguments.exit_codes import DONE
+from ..terminal.json_output import hand_over, json_text, print_written
+
+if TYPE_CHECKING:
+    from ..views.viewers import View
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command returns.
+
+    Attributes:
+        page: Text for a person; None if the result consists of its files or its view.
+        table: The same for scripts, or the text of its JSON; printed or written as --json states.
+        written: Files that the command wrote.
+        view: Function that makes the view of --view, --serve and --save, and imports Rerun.
+        code: Exit code.
+    """
+
+    page: str | None = None
+    table: Mapping[str, Any] | str = ""
+    written: Sequence[Path] = ()
+    view: "Callable[[], View] | None" = None
+    code: int = DONE
+
+    def deliver(self, args: Namespace) -> int:
+        """Print the result, and show its view, as the command line states; return the exit code."""
+        if self.page is not None:
+            text = self.table if isinstance(self.table, str) else json_text(dict(self.table))
+            hand_over(self.page, text, args.json)
+        if self.written:
+            print_written(*self.written)
+        if self.view is not None and (args.view or args.save or getattr(args, "serve", None)):
+            from ..views.live_view import Targets
+            from ..views.viewers import show
+
+            show(self.view(), Targets(args.view, getattr(args, "serve", None), args.save))
+            if args.save:
+                print_written(args.save)
+        return self.code

@@ -1,1 +1,0 @@
-"""Recordings of many arms, ARM/….mcap, and their results: Parquet files, tables, a page."""
