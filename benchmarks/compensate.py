@@ -1,52 +1,32 @@
 """What a feedforward leaves of the torque of held-out public recordings, and what a call of it costs.
 
-Arms: a UR10e, a KUKA KR300 and a servo with known masses (`EXIDYN_DATA` names their folder; without it only
-the times of the built-in KR270 are measured).
+Arms: a UR10e and a KUKA KR300 (`EXIDYN_DATA` names their folder; without it only the times of the built-in
+KR270 are measured).
 """
 
 import os
-from dataclasses import replace
 from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread
 
 import numpy as np
 from common import options, save
-from parts.compensate.left import left
-from parts.compensate.times import times
+from parts.compensate import left, times
 from parts.real.data import FOLDER, KR300, UR10E, DataSet
-from parts.real.servo_masses import GAIN, TOLERANCE
 
 from exidyn.identification.dynamics.dynamics import Dynamics
-from exidyn.identification.effects import LoadDependentFriction
-from exidyn.identification.feedforward.feedforward import SHARE, Feedforward
+from exidyn.identification.feedforward.feedforward import SHARE, Feedforward, make_feedforward
 from exidyn.identification.fit.identification import identify
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.robot_files.robot_file import read_model
 
 CALLS, QUICK_CALLS = 200_000, 40_000
-SERVO_TRAIN = ("sin_sin_kp16", "sin_time_square_kp16", "up_and_down_kp16")
-SERVO_HELD_OUT = ("sin_sin_kp24",)
 
 
 def of_arm(data: DataSet, quick: bool) -> tuple[dict[str, Any], Feedforward]:
     """Figures of an arm's held-out runs, and its feedforward."""
     train, held_out = (data.train[:2], data.held_out[:1]) if quick else (data.train, data.held_out)
     fit = identify([data.run(name) for name in train], filtering=data.filtering)
-    return left(data.key, fit, [data.run(name) for name in held_out]), fit.feedforward()
-
-
-def of_servo(body: str) -> dict[str, Any]:
-    """Figures of the servo with one of its bodies, with friction that grows with load."""
-    folder = FOLDER / "kscale_sts3215"
-    model = read_model(folder / f"robot_{body}.toml")
-    robot = replace(model.robot, drive_gain=np.array([GAIN]), drive_gain_tolerance=np.array([TOLERANCE]))
-    model = replace(model, robot=robot, effects=(*model.effects, LoadDependentFriction()))
-    train, held_out = (
-        [import_source(folder / f"{body}_{name}.csv.gz", model)[0] for name in names]
-        for names in (SERVO_TRAIN, SERVO_HELD_OUT)
-    )
-    return left(f"kscale_sts3215 {body}", identify(train), held_out)
+    return left(data.key, fit, [data.run(name) for name in held_out]), make_feedforward(fit)
 
 
 def built_in() -> Feedforward:
@@ -67,8 +47,6 @@ def main() -> None:
         for data in (UR10E,) if given.quick else (UR10E, KR300):
             figures["left"][data.key], feedforward = of_arm(data, given.quick)
             figures["times"][data.key] = times(data.key, feedforward, calls)
-        for body in ("m535_l100",) if given.quick else ("m535_l100", "m1168_l150"):
-            figures["left"][body] = of_servo(body)
     else:
         print(f"\nno public recordings in {FOLDER}: EXIDYN_DATA names their folder")
     save(given.json, figures)

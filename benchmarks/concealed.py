@@ -19,16 +19,10 @@ from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
-from common import save, show
-from parts.concealed.answerers import NAMES, Answerer, answerer
+from common import save
+from parts.concealed.answerers import ANSWERERS, Answerer
 from parts.concealed.case import Draw, concealed_set, make, quick_set, warm_up
-from parts.concealed.effects.vocabulary import VOCABULARY
-from parts.concealed.own_formula import diagnosed_numbers
-from parts.concealed.scoring.answers import read_answer, read_truths
-from parts.concealed.scoring.coverage import coverage_rows, interval_coverage
-from parts.concealed.scoring.score import Pair, pairs
-from parts.concealed.scoring.tables import TABLES, print_scores
-from parts.concealed.sweep import sweep
+from parts.concealed.scoring import Pair, pairs, print_scores, read_answer, read_truths
 from tqdm import tqdm
 
 PROCESSES = 2
@@ -40,7 +34,6 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help="four small cases, under a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="cases, truth and answers stay in FOLDER")
-    parser.add_argument("--answer", choices=NAMES, default="product", help="who answers")
     parser.add_argument(
         "--bare", action="store_true", help="answer every case a second time, without the values it states"
     )
@@ -51,20 +44,7 @@ def arguments() -> argparse.Namespace:
         "--resume", action="store_true", help="with --keep: make and answer only cases that are not answered"
     )
     parser.add_argument("--made", action="store_true", help="answer the cases that FOLDER already has")
-    parser.add_argument(
-        "--sweep", type=int, nargs="?", const=8, metavar="TRIALS", help="sensitivity of every effect"
-    )
-    parser.add_argument(
-        "--coverage", type=int, nargs="?", const=40, metavar="ARMS",
-        help="small arms by exidyn's own formulas: how many 95 %% intervals contain the truth",
-    )  # fmt: skip
-    found = parser.parse_args()
-    if found.bare and found.sweep:
-        parser.error(
-            "--bare answers the same cases twice, and a sweep makes each by the answer before: with "
-            "--sweep, give --answer bare"
-        )
-    return found
+    return parser.parse_args()
 
 
 def timed(folder: Path, answer: Answerer) -> dict[str, Any]:
@@ -95,7 +75,7 @@ def answered(
     given = before(folder, file, resume)
     asked = [place for place in (folder / "cases").iterdir() if only is None or place.name in only]
     places = sorted(place for place in asked if place.name not in given)
-    answer = partial(timed, answer=answerer(who, folder / "truth"))
+    answer = partial(timed, answer=ANSWERERS[who])
     for place, one in zip(
         places, tqdm(pool.map(answer, places), total=len(places), unit="case"), strict=True
     ):
@@ -106,28 +86,11 @@ def answered(
     return pairs(read_truths(folder / "truth"), {name: read_answer(case) for name, case in given.items()})
 
 
-def coverage(seeds: Sequence[int], pool: Executor) -> dict[str, Any]:
-    """Diagnosed numbers of arms by exidyn's own formulas beside their truth."""
-    found = pool.map(diagnosed_numbers, seeds)
-    numbers = [one for own in tqdm(found, total=len(seeds), unit="arm") for one in own]
-    table, rows = TABLES["coverage"], coverage_rows(numbers)
-    show(f"own formulas: {table.title}", table.header, rows)
-    figures = {"intervals": len(numbers), "interval_coverage": interval_coverage(numbers)}
-    show("own formulas", ["figure", "value"], [[name, value] for name, value in figures.items()])
-    return figures | {"coverage": rows}
-
-
 def main(options: argparse.Namespace) -> dict[str, Any]:
     """Make, answer and score; gives the figures."""
     with ExitStack() as stack:
         folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="concealed-")))
         pool = stack.enter_context(ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")))
-        if options.coverage:
-            return coverage(range(1000 * options.seed, 1000 * options.seed + options.coverage), pool)
-        if options.sweep:
-            warm_up()
-            named = partial(answerer, options.answer)
-            return sweep(options.only or list(VOCABULARY), options.sweep, options.seed, folder, named, pool)
         cases = quick_set(options.seed) if options.quick else concealed_set(options.seed)
         cases = [case for case in cases if not options.only or set(case.effects) & set(options.only)]
         if not options.made:
@@ -137,9 +100,7 @@ def main(options: argparse.Namespace) -> dict[str, Any]:
         if options.make:
             return {"cases": len(cases)}
         only = None if options.made else {case.name for case in cases}
-        files = {options.answer: "answers.json"}
-        if options.bare:
-            files.setdefault("bare", "answers-bare.json")
+        files = {"product": "answers.json"} | ({"bare": "answers-bare.json"} if options.bare else {})
         return print_scores(
             {who: answered(who, file, folder, pool, only, options.resume) for who, file in files.items()}
         )

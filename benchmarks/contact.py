@@ -11,12 +11,10 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread
 
 from common import options, save
-from parts.contact.free_motion import free_motion
-from parts.contact.touches import touches
-from parts.contact.weights import weights
+from parts.contact.touches import free_motion, touches
 from parts.real.data import FOLDER
 
-PARTS = {"touches": touches, "ur10e": free_motion, "weights": weights}
+PARTS = {"touches": touches, "ur10e": free_motion}
 
 
 def main() -> None:

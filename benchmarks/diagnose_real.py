@@ -3,7 +3,7 @@
 The prior is a bare description: no friction values, inertias not stated, except where somebody weighed them.
 What is known of each set, and how, is in `parts/diagnose_real/known.py`; on controls every name is wrong.
 Every row counts, with default filters and given ones. Each set is diagnosed again with what was named in its
-model: nothing should be named then. `--keep FOLDER` has each answer as it is done, and a second run goes on.
+model: nothing should be named then. `--keep FILE` has each answer as it is done, and a second run goes on.
 """
 
 import os
@@ -14,8 +14,8 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: times are those of one core
 
 import numpy as np
-from common import parser, save, show
-from parts.diagnose_real.answer import kept
+from common import Kept, parser, save, show
+from parts.diagnose_real.answer import answer
 from parts.diagnose_real.score import WORDS, fixed, score
 from parts.diagnose_real.sets import CASES, FOLDER
 from parts.proof.page import write_pages
@@ -31,17 +31,8 @@ def known_table(answers: Sequence[dict[str, Any]]) -> None:
             row = [one["case"], known["effect"], known["joints"], known["how"], known["size"]]
             row += [WORDS[known["named"], known.get("right")], known.get("probability", np.nan)]
             rows.append([*row, known.get("found", known.get("near", "")), known["shown"]])
-    header = [
-        "set",
-        "effect",
-        "joints",
-        "known by",
-        "known size",
-        "",
-        "probability",
-        "found, or how near",
-        "shown",
-    ]
+    header = ["set", "effect", "joints", "known by", "known size", "", "probability"]
+    header += ["found, or how near", "shown"]
     show("Known effects", header, rows)
 
 
@@ -94,7 +85,7 @@ def budget_table(one: dict[str, Any]) -> None:
 def main() -> None:
     options = parser(__doc__.splitlines()[0], CASES)
     options.add_argument(
-        "--keep", type=Path, metavar="FOLDER", help="answers stay in FOLDER, and are not asked again"
+        "--keep", type=Path, metavar="FILE", help="answers stay in FILE, and are not asked again"
     )
     options.add_argument("--pages", type=Path, metavar="FILE.md", help="write the page of proof to FILE.md")
     options.add_argument(
@@ -105,10 +96,11 @@ def main() -> None:
     absent = [key for key in keys if not (FOLDER / CASES[key].folder).is_dir()]
     if absent:
         print(f"left out: {', '.join(absent)}: no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
-    answers = []
+    answers, kept = [], Kept(chosen.keep)
     for key in keys:
         if key not in absent:
-            answers.append(kept(key, chosen.keep, twice=not chosen.quick))
+            name = f"{key}{', once' * chosen.quick}"
+            answers.append(kept.of(name, lambda key=key: answer(key, twice=not chosen.quick)))
             report(answers[-1])
     if not answers:
         return

@@ -17,8 +17,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: times are those o
 import numpy as np
 from common import parser, save, show
 from parts.diagnose_real.sets import CASES, FOLDER, Case, of_set
-from parts.injected.background import Background, effort
-from parts.injected.effects import EFFECTS, Added
+from parts.injected import EFFECTS, Added, Background, effort
 from parts.real.data import UR10E
 
 from exidyn.identification.diagnosis.diagnose import diagnose
@@ -136,15 +135,8 @@ def score(lines: Sequence[dict[str, Any]]) -> dict[str, Any]:
     for low, high in zip((0.0, *LIMITS), (*LIMITS, 1.01), strict=True):
         inside = [(p, right) for p, right in stated if low <= p < high]
         if inside:
-            classes.append(
-                [
-                    low,
-                    min(high, 1.0),
-                    len(inside),
-                    float(np.mean([p for p, _ in inside])),
-                    float(np.mean([r for _, r in inside])),
-                ]
-            )
+            means = [float(np.mean(column)) for column in zip(*inside, strict=True)]
+            classes.append([low, min(high, 1.0), len(inside), *means])
     return {
         "cases": len(lines),
         "named_percent": 100.0 * float(np.mean([one["named"] for one in lines])),
@@ -161,13 +153,8 @@ def report(lines: Sequence[dict[str, Any]]) -> None:
         rows = []
         for value in dict.fromkeys(sorted(one[by] for one in lines)):
             own = [one for one in lines if one[by] == value]
-            rows.append(
-                [
-                    str(value),
-                    len(own),
-                    *(sum(map(bool, (one[what] for one in own))) for what in ("named", "false", "lost")),
-                ]
-            )
+            counts = [sum(bool(one[what]) for one in own) for what in ("named", "false", "lost")]
+            rows.append([str(value), len(own), *counts])
         show(f"By {by}", [by, "cases", "named", "with a false name", "with a name lost"], rows)
     figures = score(lines)
     show(

@@ -14,10 +14,23 @@ from typing import Any
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a process, and two processes
 
 import numpy as np
-from common import parser, save, show
-from parts.coverage import MASS, SECONDS, Arm, coverage
-from parts.edit_test import edit_test_table
-from parts.kr270 import BODY, CATALOGUE, equations_of, gain_error, nominal, over_std, plant, record, true_base
+from common import Kept, parser, save, show
+from parts.kr270 import (
+    BODY,
+    CARRIED,
+    CATALOGUE,
+    SECONDS,
+    Arm,
+    coverage,
+    edit_test_table,
+    equations_of,
+    gain_error,
+    nominal,
+    over_std,
+    plant,
+    record,
+    true_base,
+)
 
 from exidyn.identification.fit.base_parameters import base_parameters
 from exidyn.identification.fit.equations import Equations
@@ -138,7 +151,7 @@ def balancer_motion(swings: Sequence[float], motions: Sequence[int]) -> dict[str
 
 def show_coverage(name: str, count: int, seconds: float, kept: Path | None) -> dict[str, float]:
     """Share of the 95 % intervals that hold the truth [%], over arms drawn around one by its name."""
-    figures = coverage([Arm(name, number, seconds) for number in range(count)], kept)
+    figures = coverage([Arm(name, number, seconds) for number in range(count)], Kept(kept))
     rows = [[key.replace("_", " "), value] for key, value in figures.items()]
     show(f"Truth inside 95 % intervals, {count} arms drawn around the {name}", ["of", "%"], rows)
     return figures
@@ -170,7 +183,7 @@ def paper(quick: bool) -> dict[str, Any]:
 
 def main() -> None:
     described = parser(__doc__.splitlines()[0])
-    described.add_argument("--arm", choices=list(MASS), default="kr270", help="cobot: coverage alone")
+    described.add_argument("--arm", choices=list(CARRIED), default="kr270", help="cobot: coverage alone")
     described.add_argument("--arms", type=int, metavar="N", help=f"to draw; default: {ARMS}")
     described.add_argument(
         "--resume", type=Path, metavar="FILE", help="keeps each arm, and those that it has"

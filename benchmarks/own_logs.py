@@ -4,12 +4,10 @@ Right recordings: every public set, as a whole, run by run, and in halves. A ref
 suspicion of more than 95 % that the set's README denies. Right logs: from log and URDF to a fit with nothing
 stated but what `exidyn init` proposes, for public sets, for files as other people's libraries write them, and
 for simulated arms. A guess is false if it is not true: unit, column, order of joints, whether an effort is a
-torque of the joint, a gain by more than a factor of two or of the wrong sign. Contradictions: numbers that
-text, page, JSON and robot.toml of one fit give under one name, and that differ.
+torque of the joint, a gain by more than a factor of two or of the wrong sign.
 
 Mistakes, each in a simulated log that is right without it: whether what init, import, identify or gap print
-names the cure, in words that the right log does not get. Hidden effects: right logs with an effect that no
-description has, and whether a mistake is suspected of them. --quick takes a few of everything; --resume FILE
+names the cure, in words that the right log does not get. --quick takes a few of everything; --resume FILE
 keeps each case and goes on from there.
 """
 
@@ -24,24 +22,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from common import Kept, parser, save, show
-from parts.own_logs.commands import proposal_of, run, run_next
-from parts.own_logs.contradictions import contradictions, in_fit, in_page, in_robot, in_text
-from parts.own_logs.engine import AS_RECORDED
-from parts.own_logs.foreign import foreign
-from parts.own_logs.hidden_effects import hidden_effects
-from parts.own_logs.logs import Log, public
-from parts.own_logs.mistakes import MISTAKES
-from parts.own_logs.more_mistakes import MORE, in_mujoco
-from parts.own_logs.recordings import checked
-from parts.own_logs.scenes import SCENES
-from parts.own_logs.sets import QUICK, SETS
-from parts.own_logs.share import check_share
-from parts.own_logs.statements import of_init
-from parts.own_logs.tables import show_logs, show_mistakes, show_recordings, show_statements, summary
-from parts.own_logs.walk_mistake import walk_mistake, walk_right
-
-from exidyn.identification.errors import RobotError
-from exidyn.identification.robot_files.robot_file import read_model
+from parts.own_logs.arms import SCENES
+from parts.own_logs.commands import AS_RECORDED, proposal_of, run, run_next, walk_mistake, walk_right
+from parts.own_logs.foreign import Log, foreign, public
+from parts.own_logs.mistakes import MISTAKES, MORE, in_mujoco
+from parts.own_logs.sets import QUICK, SETS, checked
+from parts.own_logs.tables import of_init, show_logs, show_mistakes, show_recordings, show_statements, summary
 
 Case = dict[str, Any]
 """Figures of one case, as JSON has them."""
@@ -68,7 +54,7 @@ def walk(log: Log, fit: bool) -> Case:
 
 
 def fitted(then: str, folder: Path, name: str) -> Case:
-    """Import as proposed, identify, export; and the numbers that are printed twice."""
+    """Import as proposed, and identify."""
     done = run(*shlex.split(then)[1:], "-o", folder / "run.mcap")
     if done.code:
         return {"failed": f"import: {done.err.strip()}"}
@@ -79,17 +65,7 @@ def fitted(then: str, folder: Path, name: str) -> Case:
         refused = [f"{name}: {failed}"] if AS_RECORDED in done.err else []
         return {"failed": failed, "refused": refused}
     table = json.loads((fit / "fit.json").read_text())
-    numbers = [*in_text(done.out), *in_page((fit / "report.html").read_text()), *in_fit(table)]
-    exported = run("export", fit / "fit.json", "--to", "toml", "-o", folder / "identified.toml")
-    unreadable = ""
-    if not exported.code:
-        try:
-            numbers += in_robot(read_model(folder / "identified.toml"), table)
-        except RobotError as error:
-            unreadable = f"export: {error}"
-    faults, compared = contradictions(numbers)
-    residual = float(np.median(table["agreement"][0]["relative"]))
-    return {"residual": residual, "contradicting": faults, "compared": compared, "failed": unreadable}
+    return {"residual": float(np.median(table["agreement"][0]["relative"]))}
 
 
 QUICK_MISTAKES = ("currents of joints 2 and 3 exchanged", "currents in mA")
@@ -141,15 +117,13 @@ def main() -> None:
     taken.add_argument("--resume", type=Path, metavar="FILE", help="keep each case in FILE, go on from it")
     chosen = taken.parse_args()
     kept = Kept(chosen.resume)
-    share = kept.of(f"{'quick ' * chosen.quick}share of the check", lambda: check_share(chosen.quick))
-    hidden = kept.of(f"{'quick ' * chosen.quick}hidden effects", lambda: hidden_effects(chosen.quick))
     right, wrong = mistakes(kept, chosen.quick)
     sets, logs = recordings(kept, chosen.quick), right_logs(kept, chosen.quick)
     show_recordings(sets)
     show_logs([*logs, *right])
     show_mistakes(wrong)
     table = show_statements([*sets, *logs, *right, *wrong])
-    figures = summary(sets, logs, right, wrong) | share | hidden
+    figures = summary(sets, logs, right, wrong)
     show("Summary", ["figure", "value"], list(map(list, figures.items())))
     cases = {"sets": sets, "logs": logs, "right": right, "mistakes": wrong}
     save(chosen.json, figures | {"calibration": table, "cases": cases})

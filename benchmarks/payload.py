@@ -10,10 +10,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
 import numpy as np
 from common import Kept, parser, save, show
-from parts.payload.arms import ARMS
-from parts.payload.example import example_cases
-from parts.payload.real import real_cases
-from parts.payload.simulated import FIT, WAYS, Case, of_case
+from parts.payload.real import example_cases, real_cases
+from parts.payload.simulated import ARMS, FIT, WAYS, Case, of_case
 
 SEEDS = 12
 """Arms drawn for each payload."""

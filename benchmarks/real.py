@@ -1,4 +1,4 @@
-"""Real arms: gains and an unknown mass of a UR10e, held-out residuals of three arms, known masses on a servo.
+"""Real arms: gains and an unknown mass of a UR10e, held-out residuals of three arms.
 
 The model is the README's (rigid body, rotors, viscous and dry friction, offset). How dry friction reverses,
 from which speed on a joint counts as sliding, and the tolerance of the drawn inertias is chosen by
@@ -25,9 +25,7 @@ import numpy as np
 from common import options, save, show
 from parts.real.choice import LAWS, Compared, choose, in_words
 from parts.real.data import FOLDER, KR300, PANDA, UR10E, DataSet
-from parts.real.edit_test import edits
 from parts.real.payload import payloads
-from parts.real.servo_masses import servo_masses
 
 from exidyn.identification.model import Model
 
@@ -86,7 +84,6 @@ def study(data: DataSet, quick: bool) -> tuple[str, dict[str, Any]]:
     with contextlib.redirect_stdout(text):
         if data.key == UR10E.key:
             gains, figures = payloads(data, quick)
-            figures["edit_test"] = edits(data, quick)
             model = replace(model, robot=replace(model.robot, drive_gain=gains))
         figures |= residuals(data, model, quick)
     return text.getvalue(), figures
@@ -103,7 +100,6 @@ def main() -> None:
         for data, (text, figures) in zip(sets, pool.map(study, sets, [chosen.quick] * 3), strict=True):
             print(text, end="", flush=True)
             results[data.key] = figures
-    results["known_masses"] = servo_masses()
     save(chosen.json, results)
 
 

@@ -1,9 +1,8 @@
-"""Closed-loop simulation beside MuJoCo on the same arm, and torques of exported models beside the fit's.
+"""Closed-loop simulation beside MuJoCo on the same arm.
 
 The arm is the built-in KR270: six joints, friction, rotors, a spring balancer. Both simulators follow the
 same commands under the same cascade, MuJoCo by the exported MJCF and with its loop closed in Python, as one
-would write it; times are CPU seconds of one thread, the least of several. Torques are those of an identified
-model on a motion that it has not seen.
+would write it; times are CPU seconds of one thread, the least of several.
 """
 
 import os
@@ -13,8 +12,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from parts.simulate.runs import Run, bare, motion_of, ours, theirs
-from parts.simulate.torques import round_trips
+from parts.simulate import Run, bare, motion_of, ours, theirs
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.export import FORMATS, Portable
@@ -71,7 +69,6 @@ def _rms(values: np.ndarray) -> np.ndarray:
 def main() -> None:
     chosen = options(__doc__.splitlines()[0])
     figures: dict[str, Any] = against_mujoco(*((8.0, 3) if chosen.quick else (12.0, 12)))
-    figures |= round_trips(20.0 if chosen.quick else 60.0)
     save(chosen.json, figures)
 
 

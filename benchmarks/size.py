@@ -1,60 +1,91 @@
-"""Size of the package: its lines and functions, and how many of them a newcomer meets on the way.
+"""Size of the repository: lines of Python beside their limits, commands, options, and ways through the code.
 
-Each way is walked in a process that notes which functions of the package are entered: from a CSV log to a
-fit, from two runs to a page, and one cycle of the recording loop down to the driver. A second checkout is
-printed beside the first: before and after.
+Limits stand in [tool.exidyn.size] of pyproject.toml. With --check, only they are compared, by the standard
+library alone, and the exit code is 1 if one is exceeded. A way is walked in a process that notes which
+functions and files of the package are entered.
 """
 
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
+import argparse
+import json
+import sys
+import tomllib
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from common import parser, save, show
-from parts.size.source import counts_of
-from parts.size.walks import Walk, Walker
-
-HERE = Path(__file__).resolve().parents[1]
-WALKS: dict[str, Callable[[Walker], Walk]] = {
-    "CSV log to fit": Walker.fit,
-    "two runs to diagnosis": Walker.diagnosis,
-    "fit and two runs to one page": Walker.page,
-    "one cycle, mock": Walker.cycle_of_mock,
-    "one cycle, UR's socket": Walker.cycle_of_ur,
+ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = {
+    "product": ("acquire", "drivers", "exidyn", "identify", "trajectories"),
+    "tests": ("tests",),
+    "benchmarks": ("benchmarks",),
 }
-QUICK = ("CSV log to fit",)
 
 
-def walked(root: Path, names: tuple[str, ...]) -> dict[str, int]:
-    """Functions, classes and files of each walk."""
-    with tempfile.TemporaryDirectory() as folder:
-        walker = Walker(root, Path(folder))
-        return {
-            f"{name}: {what}": count
-            for name in names
-            for what, count in WALKS[name](walker)._asdict().items()
-        }
+def python_files(folder: Path) -> list[Path]:
+    """Python files of a folder that are not reached through links."""
+    return [path for path in folder.rglob("*.py") if not path.is_symlink()]
 
 
-def main() -> None:
-    given = parser(__doc__.splitlines()[0])
-    given.add_argument(
-        "roots", nargs="*", type=Path, metavar="ROOT", help="one checkout, or before and after"
-    )
-    chosen = given.parse_args()
-    roots = chosen.roots or [HERE]
-    names = [str(root) for root in roots]
-    sizes = [counts_of(root) for root in roots]
-    _beside("The package", names, sizes)
-    walks = [walked(root, QUICK if chosen.quick else tuple(WALKS)) for root in roots]
-    _beside("Entered on the way", names, walks)
-    figures = zip(names, sizes, walks, strict=True)
-    save(chosen.json, {name: {"source": size, "walks": walk} for name, size, walk in figures})
+def line_counts(root: Path) -> dict[str, int]:
+    """Number of lines of the product, the tests and the benchmarks of a checkout."""
+    return {
+        part: sum(path.read_bytes().count(b"\n") for name in names for path in python_files(root / name))
+        for part, names in FOLDERS.items()
+    }
 
 
-def _beside(title: str, names: list[str], figures: Sequence[Mapping[str, int]]) -> None:
-    """A table with a column a checkout."""
-    show(title, ["", *names], [[what, *(one[what] for one in figures)] for what in figures[0]])
+def exceeded_limits(counts: dict[str, int], limits: dict[str, int]) -> list[str]:
+    """One sentence for each limit that is exceeded."""
+    return [
+        f"{part} has {counts[part]:,} lines of Python, {counts[part] - limit:,} more than the limit of "
+        f"{limit:,} in [tool.exidyn.size] of pyproject.toml: remove lines, the limit is never raised"
+        for part, limit in limits.items()
+        if counts[part] > limit
+    ]
+
+
+def option_names() -> set[str]:
+    """Long names of all options of all commands, without those of help."""
+    from exidyn.acquire.commands import COMMANDS, command
+
+    actions = [action for name in COMMANDS for action in command(name).parser()._actions]
+    names = {name for action in actions for name in action.option_strings if name.startswith("--")}
+    return names - {"--help"}
+
+
+def show_ways(quick: bool) -> dict[str, dict[str, int]]:
+    """Print how many commands and options there are, and what each walk enters."""
+    from parts.size.walks import walk_counts
+
+    from exidyn.acquire.commands import COMMANDS
+
+    figures = {"command line": {"commands": len(COMMANDS), "options": len(option_names())}}
+    print(f"{len(COMMANDS)} commands with {figures['command line']['options']} distinct options")
+    with TemporaryDirectory() as folder:
+        for name, functions, files in walk_counts(Path(folder), quick):
+            print(f"{name}: {functions} functions in {files} files", flush=True)
+            figures[name] = {"functions": functions, "files": files}
+    return figures
+
+
+def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="print only limits that are exceeded")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
+    parser.add_argument("--quick", action="store_true", help="walk only the first way")
+    options = parser.parse_args(arguments)
+    limits = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["exidyn"]["size"]
+    counts = line_counts(root)
+    sentences = exceeded_limits(counts, limits)
+    print(*sentences, sep="\n", end="\n" if sentences else "", file=sys.stderr)
+    if not options.check:
+        for part, count in counts.items():
+            print(f"{part:<12}{count:>8,} lines, limit {limits[part]:>7,}")
+        ways = show_ways(options.quick)
+        if options.json:
+            figures = {"lines": counts, "limits": limits, "ways": ways}
+            options.json.write_text(json.dumps(figures, indent=2) + "\n")
+    return 1 if options.check and sentences else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -20,15 +20,14 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy: one thread on both sides
 
 import numpy as np
 from common import options, save, show
-from parts.figaroh.peer import FigarohArm, Settings, why_absent
-from parts.own_logs.engine import check_before_fit
-from parts.regressor_floor import regressor_floor
+from parts.figaroh import FigarohArm, Settings, regressor_floor, why_absent
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.fit.estimators import weighted
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
+from exidyn.identification.plausible.gate import doubts
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model, urdf_text
@@ -91,7 +90,7 @@ def against_peers(repeats: int) -> dict[str, float]:
     ours, _ = best(repeats, lambda: our_regressor(model, motion))
     fitting, fit = best(repeats, lambda: our_fit(model, motion.time, position, torque))
     run = recording(model, motion.time, position, torque)
-    checking, _ = best(repeats, lambda: check_before_fit([run], model))
+    checking, _ = best(repeats, lambda: doubts([run], model))
     residual = fit.agreement[0].relative
     rows = [
         ["regressor", "bare Pinocchio loop", floor, 1.0, None],
@@ -138,8 +137,8 @@ def _figaroh(
         ("one row in ten, its defaults", Settings()),
         ("one row in ten, its best filter", Settings.best(decimation=10)),
     ):
-        taken, fit = best(repeats, lambda s=settings: arm.identify(position, torque, 500.0, s))
-        worst = float(np.max(fit.relative_residual))
+        taken, residual = best(repeats, lambda s=settings: arm.identify(position, torque, 500.0, s))
+        worst = float(np.max(residual))
         rows.append(["identification", f"FIGAROH, {name}", taken, taken / fitting, worst])
         speedups[name] = taken / fitting
     return {

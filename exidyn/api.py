@@ -5,6 +5,7 @@ A run is a `Recording`, the path of a file, a pandas table, or a mapping with th
 MJCF.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,27 +22,39 @@ from exidyn.acquire.run.simulated import simulated
 from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.contact.contact import contact as _contact
+from exidyn.identification.contact.contact_file import write_contact
 from exidyn.identification.contact.observer import Observer
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
+from exidyn.identification.diagnosis.improved.improved import found_model
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.diagnosis.words.diagnosis_file import as_json
+from exidyn.identification.diagnosis.words.verdict import verdict as diagnosis_verdict
 from exidyn.identification.effects import EFFECTS, known_parameters
-from exidyn.identification.errors import ExidynError, RecordingError, UnknownKey
-from exidyn.identification.export import FORMATS
+from exidyn.identification.errors import ExidynError, FitError, RecordingError, UnknownKey
+from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.feedforward.cpp_file import cpp_file
+from exidyn.identification.feedforward.feedforward import Feedforward, make_feedforward
+from exidyn.identification.feedforward.python_file import python_file
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit as _read_fit
+from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.fit.identification import identify as _identify
+from exidyn.identification.fit.identified import identified
+from exidyn.identification.fit.verdict import verdict as fit_verdict
 from exidyn.identification.in_mujoco.gap import Gap
 from exidyn.identification.in_mujoco.gap import gap as _gap
 from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
+from exidyn.identification.pages.diagnosis_document import report_html as diagnosis_page
+from exidyn.identification.pages.fit_document import report_html as fit_page
 from exidyn.identification.payload.payload_estimate import PayloadEstimate
 from exidyn.identification.payload.weigh import weigh as _weigh
 from exidyn.identification.preparation.prepare import Filtering
-from exidyn.identification.recordings.from_arrays import from_dataframe
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.recordings.tables.import_table import from_dataframe
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.simulation.comparison import Comparison
 from exidyn.identification.simulation.comparison import compare as _compare
@@ -459,7 +472,9 @@ def report(result: Fit | Diagnosis, path: Path | str) -> Path:
     """
     if not isinstance(result, Fit | Diagnosis):
         raise ExidynError(f"report: {type(result).__name__} has no page; expected a Fit or a Diagnosis")
-    return result.report(path)
+    page = fit_page(result) if isinstance(result, Fit) else diagnosis_page(result)
+    Path(path).write_text(page, encoding="utf-8")
+    return Path(path)
 
 
 def _runs(runs: Run | Sequence[Run], robot: Arm | None) -> list[Recording]:
@@ -474,3 +489,90 @@ def _carrying(run: Recording, mass: float | None, com: Sequence[float] | None) -
         return run if run.payload else replace(run, payload=KnownPayload())
     name = run.payload.name if run.payload else KnownPayload().name
     return replace(run, payload=KnownPayload(name, known_parameters(mass, com)))
+
+
+# Methods of results that need pages, files or exports. Results are values that do not know those layers, so
+# their methods are bound here.
+
+
+def save(result: Fit | Diagnosis, path: Path | str) -> Path:
+    """Write a fit or a diagnosis as JSON for `ex.load`; returns the path."""
+    if isinstance(result, Fit):
+        return write_fit(result, path)
+    Path(path).write_text(json.dumps(as_json(result), indent=1, allow_nan=False), encoding="utf-8")
+    return Path(path)
+
+
+def verdict(result: Fit | Diagnosis) -> str:
+    """Sentences: how well a fit explains each joint and what it leaves open, or the missing effects."""
+    return "\n".join(fit_verdict(result) if isinstance(result, Fit) else diagnosis_verdict(result))
+
+
+def export(fit: Fit, format: str, path: Path | str | None = None, payload: str = "") -> str:
+    """Identified model as text for a simulator, also written to a file if a path is given.
+
+    Args:
+        fit: The fit.
+        format: Name in `FORMATS`, such as urdf, mjcf, isaaclab, mjlab, sdf, json or toml.
+        path: File to write.
+        payload: Name of a payload of the model that becomes part of the last link.
+
+    Raises:
+        UnknownKey: There is no such format; the message lists the valid ones.
+    """
+    if format not in FORMATS:
+        raise UnknownKey(format, "export: format", tuple(FORMATS))
+    text = FORMATS[format].text(Portable.of(identified(fit), payload))
+    if path is not None:
+        Path(path).write_bytes(text.encode())
+    return text
+
+
+def model_with_findings(diagnosis: Diagnosis) -> Model:
+    """The model with all findings that a model can hold.
+
+    Raises:
+        ExidynError: The diagnosis comes from a file and has no model.
+    """
+    model = found_model(diagnosis)
+    if model is None:
+        raise ExidynError("this diagnosis was read from a file, which does not contain its model")
+    return model
+
+
+def save_feedforward(feedforward: Feedforward, path: Path | str) -> Path:
+    """Write a Python file (.py) or a C++ header (.hpp, .h) and return its path.
+
+    Raises:
+        FitError: The ending is another one.
+    """
+    path, texts = Path(path), {".py": python_file, ".hpp": cpp_file, ".h": cpp_file}
+    if path.suffix not in texts:
+        raise FitError(f"{path}: the name must end in {', '.join(texts)}")
+    path.write_text(texts[path.suffix](feedforward), encoding="utf-8")
+    return path
+
+
+METHODS: dict[type, dict[str, Any]] = {
+    Fit: {
+        "verdict": property(verdict),
+        "identified": property(identified),
+        "feedforward": make_feedforward,
+        "export": export,
+        "save": save,
+        "report": report,
+    },
+    Feedforward: {"python": python_file, "cpp": cpp_file, "save": save_feedforward},
+    Contact: {"save": write_contact},
+    Diagnosis: {
+        "verdict": property(verdict),
+        "model": property(model_with_findings),
+        "to_json": as_json,
+        "save": save,
+        "report": report,
+    },
+}
+"""Result -> its methods; the classes declare them for type checkers."""
+for _result, _methods in METHODS.items():
+    for _name, _method in _methods.items():
+        setattr(_result, _name, _method)

@@ -37,7 +37,6 @@ PACKAGES = {
 """Benchmark -> packages of extras without which it cannot run."""
 UNMEASURED = {
     "concealed": {"simulated_better", "simulated_share", "outside", "by_strength"},
-    "study": {"best_fixed_suffices_for_others"},
     "contact": {"touches"},
 }
 """Benchmark -> figures that a quick run leaves open (NaN), and tables whose classes have no upper end."""

@@ -18,11 +18,11 @@ READER_LEFT = 141
 
 MEANINGS = {
     DONE: "done",
-    STOPPED: "a run of the arm was stopped early, or you did not type yes (record, jog, study)",
+    STOPPED: "a run of the arm was stopped early, or you did not type yes (record, jog)",
     REFUSED: "not done: an argument or a file is wrong or missing; one line on standard error names it",
     LOST: "done, but part of the recording is lost (info --repair)",
     WRONG: "done, but the joint does not behave as expected (jog)",
-    UNSAFE: "after a run the arm still moves, or may: press the emergency stop (record, jog, study)",
+    UNSAFE: "after a run the arm still moves, or may: press the emergency stop (record, jog)",
     INTERRUPTED: "interrupted by Ctrl-C",
     READER_LEFT: "the reader of the output has closed it, as head does",
 }

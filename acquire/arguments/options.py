@@ -33,7 +33,7 @@ SPEED = Option("--speed PERCENT", "percent of the planned speed; default: 100", 
 VALIDATE = Option("--validate RUN...", "validation runs, which are predicted and not fitted", Path, [])
 AS_RECORDED = Option("--as-recorded", "do not check columns, units and signs of the recordings")
 NO_COLLISION = Option("--no-collision", "do not check collisions of the arm with itself and obstacles")
-CELL = Option("--region --cell FILE", "TOML with [[obstacle]] and [[region]] rows, see docs", Path)
+CELL = Option("--cell FILE", "TOML with [[obstacle]] and [[region]] rows, see docs", Path)
 CHECK = Option("--check", "first identify a simulated arm: what the motion will determine, and how well")
 JSON = Option(
     "--json FILE",

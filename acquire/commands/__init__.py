@@ -29,7 +29,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "identify": "identify dynamics and drive gains from recordings",
         "payload": "identify the payload on the flange: mass, center of mass, inertia",
         "diagnose": "find the physics that a model lacks, and the evidence",
-        "study": "record runs, each chosen by what is open, until the model is decided",
     },
     "use a model": {
         "contact": "estimate external torques along a recording, and find contacts",

@@ -7,7 +7,9 @@ from pathlib import Path
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.errors import FitError
-from exidyn.identification.feedforward.feedforward import SHARE, Feedforward
+from exidyn.identification.feedforward.cpp_file import cpp_file
+from exidyn.identification.feedforward.feedforward import SHARE, Feedforward, make_feedforward
+from exidyn.identification.feedforward.python_file import python_file
 from exidyn.identification.feedforward.summary import Summary, summary
 from exidyn.identification.file_names import file_stem
 from exidyn.identification.fit.fit_file import read_fit
@@ -58,11 +60,11 @@ def compensate_command(args: Namespace) -> Result:
     """Write the files; print their torques and what they lack."""
     fit = read_fit(args.fit)
     servos = None if args.robot is None else _servos(args.robot, fit.model.robot.joints)
-    feedforward = Feedforward.of(fit, args.payload, servos, args.standstill, args.friction)
+    feedforward = make_feedforward(fit, args.payload, servos, args.standstill, args.friction)
     paths = _paths(args.output, feedforward)
     for path in paths:
         require_file(path, "--output", [args.fit])
-        write_whole(path, feedforward.python() if path.suffix == ".py" else feedforward.cpp())
+        write_whole(path, python_file(feedforward) if path.suffix == ".py" else cpp_file(feedforward))
     results = summary(feedforward)
     content = {
         "exidyn_feedforward": 1,

@@ -8,6 +8,7 @@ import numpy as np
 
 from exidyn.identification.contact.alarms import Alarm
 from exidyn.identification.contact.contact import Contact, contact, torque_unit
+from exidyn.identification.contact.contact_file import write_contact
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
@@ -83,7 +84,7 @@ def contact_command(args: Namespace) -> Result:
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
     result = contact(fit, run, free, args.payload, args.alarms_per_hour)
     if args.output is not None and args.output.suffix == ".mcap":
-        result.save(args.output, args.run)
+        write_contact(result, args.output, args.run)
     elif args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]

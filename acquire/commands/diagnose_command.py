@@ -4,7 +4,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.diagnosis import Diagnosis
-from exidyn.identification.diagnosis.diagnose import Diagnosed, diagnosed
+from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.improved.forward import Forward, forward
 from exidyn.identification.diagnosis.refit import refit
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
@@ -23,8 +23,8 @@ from ..arguments.command import Command, Option
 from ..arguments.options import AS_RECORDED, FILTERS, JSON, VALIDATE, make_folder, output_option
 from ..files.diagnosis_files import write_diagnosis
 from ..files.given_runs import PAYLOADS, Case, recorded_case
-from ..terminal.json_output import hand_over, json_text, print_written
 from ..terminal.stopwatch import Progress, Stopwatch
+from .result import Result
 
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
 """Stages and their shares of the time with --quick."""
@@ -53,36 +53,28 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
 --slow, --payload or --validate have that role. The more kinds of run, the more
 effects can be distinguished.""",
 )
-def diagnose_command(args: Namespace) -> None:
+def diagnose_command(args: Namespace) -> Result:
     """Diagnose the runs, print and write the results."""
     make_folder(args.output)
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", "read the recordings"))
-        diagnose_case(recorded_case(args), args.output, args, progress)
-
-
-def diagnose_case(case: Case, output: Path, args: Namespace, progress: Stopwatch) -> Diagnosed:
-    """Diagnose a robot, print and write the results."""
-    progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
-    filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
-    result = diagnosed(
-        case.model,
-        case.runs,
-        case.name,
-        filtering=filtering,
-        as_recorded=args.as_recorded,
-        progress=progress,
-        before=case.before,
-    )
-    diagnosis = result.diagnosis
-    simulated = None if args.quick else _simulated(diagnosis, case, progress)
-    fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
-    written = write_diagnosis(diagnosis, simulated, fit, output)
-    progress.close()
-    shown = Shown.of(diagnosis, str(output), simulated)
-    hand_over(text(diagnosis_document(shown)), json_text(as_json(shown.diagnosis, str(output))), args.json)
-    print_written(*written)
-    return result
+        case = recorded_case(args)
+        progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
+        filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
+        diagnosis = diagnose(
+            case.model,
+            case.runs,
+            case.name,
+            filtering=filtering,
+            as_recorded=args.as_recorded,
+            progress=progress,
+        )
+        simulated = None if args.quick else _simulated(diagnosis, case, progress)
+        fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
+        written = write_diagnosis(diagnosis, simulated, fit, args.output)
+    shown = Shown.of(diagnosis, str(args.output), simulated)
+    page = text(diagnosis_document(shown))
+    return Result(page, as_json(shown.diagnosis, str(args.output)), written)
 
 
 def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:

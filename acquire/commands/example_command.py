@@ -99,7 +99,7 @@ def _each(field: str) -> str:
         Option("example [EXAMPLE]", f"{', '.join(NAMED)}, see below", NAMED, next(iter(NAMED))),
         output_option("FOLDER", meaning=f"default: {_each('folder')}"),
         Option(
-            "--length --seconds S",
+            "--length S",
             f"duration of each run; default: {_each('length')}",
             valid_if(
                 lambda length: SHORTEST <= length < math.inf,

@@ -74,7 +74,7 @@ GOAL = (
         [],
     ),
     Option(
-        "--mass --payload KG...",
+        "--mass KG...",
         "plan one motion to be run unloaded and with each mass, for the drive gains",
         any_number,
         [],
@@ -87,12 +87,12 @@ GOAL = (
         repeated=True,
     ),
     Option(
-        "--focus --for NAME...",
+        "--focus NAME...",
         "the only parameters that matter: gain Kr, or in words 'K_r, friction of joint 2'",
         str,
         [],
     ),
-    Option("--after --from FIT", "fit.json of earlier runs, which the new run complements", Path),
+    Option("--after FIT", "fit.json of earlier runs, which the new run complements", Path),
     Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT"),
 )
 MOTION = (
@@ -105,6 +105,8 @@ MOTION = (
     ),
     Option("--joints JOINT...", "joints that the other kinds move; default: all"),
     Option("--length S", "duration", any_number, Wishes.seconds),
+    Option("--period S", "base period; default: several are tried", any_number),
+    Option("--harmonics N", "harmonics of each joint", integer, Wishes.harmonics),
     Option("--tick S", "cycle of the controller", any_number, Wishes.tick),
     Option("--start Q...", "pose at start and end [rad]", any_number),
 )
@@ -120,7 +122,7 @@ LIMITS = (
 
 
 SEARCHING = (
-    Option("--search --seconds S", f"search time; default: {SEARCH:g}", any_number),
+    Option("--search S", f"search time; default: {SEARCH:g}", any_number),
     Option(
         "--iterations N",
         "iterations of each start instead of a search time, so that a slow or busy computer plans the same "
@@ -143,7 +145,8 @@ SEARCHING = (
     (
         Option("robot [ROBOT]", ROBOT_FILES),
         output_option(
-            "FILE", meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html"
+            "FILE",
+            meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
         ),
         JSON,
         Group("goal", GOAL),
@@ -153,7 +156,7 @@ SEARCHING = (
         CHECK,
         Group("show a planned motion instead", (Option("--show TRAJECTORY", SHOW_HELP, Path), *SHOWN)),
     ),
-    table_help("formats of --export", EXPORTS),
+    table_help("formats of --to", EXPORTS),
 )
 def excite_command(args: Namespace) -> Result:
     """Plan the motion, print and write it; or show a planned one."""
@@ -165,7 +168,7 @@ def excite_command(args: Namespace) -> Result:
     refuse_without("--show TRAJECTORY", args, SHOWN)
     _require_together(args)
     path = args.output or Path(TRAJECTORY)
-    read = [args.robot, *(file for file in (args.against, args.after, args.region) if file)]
+    read = [args.robot, *(file for file in (args.against, args.after, args.cell) if file)]
     require_file(path, "--output", read)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
@@ -209,7 +212,7 @@ def _require_together(args: Namespace) -> None:
 
 def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, list[str]]:
     """A motion, and sentences on how well it distinguishes two models."""
-    wishes = wishes_of(args, model, progress)
+    wishes = _wishes(args, model, progress)
     if args.kind != OPTIMIZED:
         progress(StageText("make", f"make {args.kind}"))
         joints = [model.robot.index(joint) for joint in args.joints or ()]
@@ -229,8 +232,8 @@ def _poor(plan: Plan) -> list[str]:
     if not condition < WORST:
         warning = (
             f"the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, some "
-            "combination of parameters is hardly excited. Try a wider range or window, more --search, "
-            "or a model with fewer unknowns"
+            "combination of parameters is hardly excited. Try a wider range or window, a longer --period, "
+            "more --search, or a model with fewer unknowns"
         )
         return paragraph(warning, " " * 11, "  WARNING: ")
     return []
@@ -272,12 +275,14 @@ def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) 
     return best, sentences(distinguish(goal, motion, limits, best.trajectory.duration))
 
 
-def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
+def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
     start = joint_values(args.start, model.robot.dof, "--start")
     window = joint_values(args.window, model.robot.dof, "--window")
     return Wishes(
+        harmonics=args.harmonics,
+        period=args.period,
         seconds=args.length,
         margins=replace(
             Margins(),
@@ -292,7 +297,7 @@ def wishes_of(args: Namespace, model: Model, progress: Progress) -> Wishes:
         clearances=read_clearances(
             args.robot,
             model.robot,
-            cell=args.region,
+            cell=args.cell,
             collision=not args.no_collision,
             say=progress,
         ),

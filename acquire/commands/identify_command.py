@@ -11,7 +11,7 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import summary
+from exidyn.identification.pages.fit_document import report_html, summary
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -73,7 +73,7 @@ STAGES = {
         ),
         AS_RECORDED,
         Option(
-            "--shapes --fit-shapes EFFECT...",
+            "--shapes EFFECT...",
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),
@@ -87,8 +87,6 @@ STAGES = {
 )
 def identify_command(args: Namespace) -> Result:
     """Identify, print and write the fit."""
-    from exidyn.identification.pages.fit_document import write_report
-
     make_folder(args.output)
     if args.save:
         require_file(args.save, "--save", [*args.runs, *args.validate])
@@ -109,7 +107,7 @@ def identify_command(args: Namespace) -> Result:
         )
     file, report = args.output / "fit.json", args.output / "report.html"
     write_fit(fit, file)
-    write_report(fit, report)
+    report.write_text(report_html(fit), encoding="utf-8")
     return Result(summary(fit), fit_text(fit), [file, report], partial(_view, fit))
 
 

@@ -95,13 +95,13 @@ class Jog:
 @Command(
     "Move one joint slowly a short distance and back, and judge its sign, scale and gain.",
     (
-        "exidyn jog --robot cobot --joint 3                         # a simulated arm",
-        "exidyn jog --controller cell.toml --robot robot.toml --joint 3 --degrees 2",
-        "exidyn jog --controller cell.toml --robot robot.toml --joint elbow --degrees -5 -o elbow.mcap",
+        "exidyn jog 3 --robot cobot                         # a simulated arm",
+        "exidyn jog 3 --controller cell.toml --robot robot.toml --degrees 2",
+        "exidyn jog elbow --controller cell.toml --robot robot.toml --degrees -5 -o elbow.mcap",
     ),
     (
+        Option("joint JOINT", "number of the joint from 1, or its name"),
         robot_option(required=True),
-        Option("--joint JOINT", "number of the joint from 1, or its name", required=True),
         Group(
             "",
             (
@@ -125,7 +125,7 @@ class Jog:
         Group("limits that stop the run", STOPS),
         Group("payload on the flange", BODY),
     ),
-    usage="exidyn jog [-h] --robot ROBOT --joint JOINT [option ...]",
+    usage="exidyn jog [-h] JOINT --robot ROBOT [option ...]",
 )
 def jog_command(args: Namespace) -> int:
     """Check, confirm, move, record, and judge the joint."""

@@ -195,7 +195,7 @@ def _plan(args: Namespace) -> Result:
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
     clearances = () if not args.robot else read_clearances(
-        args.robot, model.robot, cell=args.region, collision=not args.no_collision, say=progress,
+        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=progress,
     )  # fmt: skip
     start = joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)

@@ -202,13 +202,13 @@ def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, .
     A plan already avoids self-collision unless its file was edited, but obstacles may have been added to the
     robot file or cell file since.
     """
-    surroundings = read_surroundings(sources_of(args.robot, args.region))
+    surroundings = read_surroundings(sources_of(args.robot, args.cell))
     if not (args.approach or plan.edited or surroundings):
         return ()
     return read_clearances(
         args.robot,
         model.robot,
-        cell=args.region,
+        cell=args.cell,
         collision=not args.no_collision,
     )
 

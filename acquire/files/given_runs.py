@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from exidyn.identification.diagnosis.findings.evidence import Trace
-from exidyn.identification.diagnosis.questions.shape import Shaped
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.errors import NeedsPayload, RecordingError
@@ -191,13 +190,11 @@ class Case(NamedTuple):
         name: Name of the robot.
         model: Nominal model.
         runs: Role and recording of each run.
-        before: Shapes from an earlier diagnosis of some of these runs.
     """
 
     name: str
     model: Model
     runs: list[tuple[str, Recording]]
-    before: Sequence[Shaped] = ()
 
 
 def _is_robot(source: str) -> bool:

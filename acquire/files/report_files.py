@@ -87,7 +87,7 @@ def read_shown(path: Path) -> Shown:
     """A diagnosis, and the samples beside it if there are any.
 
     Raises:
-        NotAFile: If it is damaged, of a later format, or the samples belong to another diagnosis.
+        NotAFile: If it is damaged, of another format, or the samples belong to another diagnosis.
     """
     return with_samples(read_diagnosis(path), path)
 
@@ -96,7 +96,7 @@ def read_diagnosis(path: Path) -> Diagnosis:
     """All of a diagnosis but its samples.
 
     Raises:
-        NotAFile: If it is of a later format, or a field is invalid; the message names the field.
+        NotAFile: If it is of another format, or a field is invalid; the message names the field.
     """
     diagnosis = from_table(_of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT), Diagnosis, str(path))
     try:
@@ -132,7 +132,7 @@ def read_comparison(path: Path) -> Comparison:
     """A comparison.
 
     Raises:
-        NotAFile: If it is damaged or of a later format.
+        NotAFile: If it is damaged or of another format.
     """
     return from_table(_of_format(path, "exidyn_comparison"), Comparison, str(path))
 
@@ -140,7 +140,5 @@ def read_comparison(path: Path) -> Comparison:
 def _of_format(path: Path, key: str, valid: int = FORMAT) -> dict[str, Any]:
     table = _read_table(path)
     if (number := table.get(key)) != valid:
-        older = isinstance(number, int) and number < valid
-        advice = "write it again with this version" if older else "update exidyn"
-        raise NotAFile(f"{path} has format {number}; this version reads {valid}; {advice}")
+        raise NotAFile(f"{path} has format {number}; this version reads {valid}; update exidyn")
     return table

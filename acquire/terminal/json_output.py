@@ -3,9 +3,6 @@
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TextIO
@@ -31,8 +28,6 @@ COLORED = (
     (GREEN, r"Nothing is missing|No joint's \w+ differs by more than noise|\bright$|^finished$"),
 )
 """Color and the pattern of the words that have it."""
-_names_files = ContextVar("names_files", default=True)
-"""Whether the names of written files are printed."""
 
 
 def hand_over(page: str, text: str, path: Path | None) -> None:
@@ -64,16 +59,6 @@ def _in(attribute: str, text: str) -> str:
     return f"\x1b[{attribute}m{text}\x1b[0m"
 
 
-@contextmanager
-def hide_file_names() -> Iterator[None]:
-    """Do not print the names of written files: the caller will move or report them."""
-    before = _names_files.set(False)
-    try:
-        yield
-    finally:
-        _names_files.reset(before)
-
-
 def print_written(*paths: Path, advice: str = "") -> None:
     """Print the names of written files on standard error, on one line if they fit.
 
@@ -81,8 +66,6 @@ def print_written(*paths: Path, advice: str = "") -> None:
         paths: Paths of the files.
         advice: What to do with a single file, printed after its name.
     """
-    if not _names_files.get():
-        return
     together = ", ".join(map(str, paths))
     fits = len(HEAD + together) <= page_width.get()
     listed = together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))

@@ -153,16 +153,9 @@ def _events(events: tuple[Event, ...]) -> list[str]:
 
 
 def _outcome(outcome: Mapping[str, str]) -> list[str]:
-    if "stop" not in outcome:
-        return []
-    first = "ended:  "
-    return paragraph(why_it_ended(outcome), " " * len(first), first, INDENT)
-
-
-def why_it_ended(outcome: Mapping[str, str]) -> str:
     """How a run ended: as planned, or stopped, with the reason, and whether the arm still moves."""
     if "stop" not in outcome:
-        return "unknown"
+        return []
     text = outcome.get("text") or " ".join(filter(None, (outcome["stop"], outcome.get("joint"))))
     how = {
         "none": text,
@@ -170,7 +163,8 @@ def why_it_ended(outcome: Mapping[str, str]) -> str:
     }.get(outcome["stop"], f"STOPPED ({outcome.get('level', 'brake').lower()}): {text}")
     if outcome.get("moving", "False") != "False":
         how += f". {outcome.get('standstill', '')}"
-    return how
+    first = "ended:  "
+    return paragraph(how, " " * len(first), first, INDENT)
 
 
 def recording_table(recording: Recording) -> dict[str, Any]:

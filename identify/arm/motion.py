@@ -9,25 +9,15 @@ from ..errors import WrongShape
 
 @dataclass(frozen=True)
 class Motion:
-    """Joint motion on one time axis.
+    """Joint motion on one time axis."""
 
-    Attributes:
-        time: Time, shape (t,) [s].
-        position: Joint position, shape (t, n) [rad], or [m] for prismatic joints.
-        velocity: Joint velocity, shape (t, n) [rad/s].
-        acceleration: Joint acceleration, shape (t, n) [rad/s^2].
-        load: Nominal torque that the gear transmits to the link, shape (t, n) [N m].
-        temperature: Temperature, shape (t, n) [degC]; NaN if not measured.
-        payload: Name of the payload in this run; empty for none.
-    """
-
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    load: np.ndarray
-    temperature: np.ndarray
-    payload: str = ""
+    time: np.ndarray  # time, shape (t,) [s]
+    position: np.ndarray  # joint position, shape (t, n) [rad], or [m] for prismatic joints
+    velocity: np.ndarray  # joint velocity, shape (t, n) [rad/s]
+    acceleration: np.ndarray  # joint acceleration, shape (t, n) [rad/s^2]
+    load: np.ndarray  # nominal torque that the gear transmits to the link, shape (t, n) [N m]
+    temperature: np.ndarray  # temperature, shape (t, n) [degC]; NaN if not measured
+    payload: str = ""  # name of the payload in this run; empty for none
 
     def __post_init__(self) -> None:
         shape = (*self.time.shape, *self.position.shape[1:])

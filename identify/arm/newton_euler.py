@@ -43,23 +43,15 @@ def joints_of(kinematics: pin.Model) -> list[Joint]:
 
 @dataclass(frozen=True)
 class Link:
-    """Motion of a link's frame, in that frame.
+    """Motion of a link's frame, in that frame."""
 
-    Attributes:
-        omega: Angular velocity, shape (3, t) [rad/s].
-        alpha: Angular acceleration, shape (3, t) [rad/s^2].
-        lift: Acceleration of the origin minus gravity, shape (3, t) [m/s^2].
-        moving: Indices of the m joints that move the frame.
-        linear: Velocity of the origin per unit velocity of each of these joints, shape (3, m, t) [m/rad].
-        angular: Angular velocity per unit velocity of each of these joints, shape (3, m, t) [-].
-    """
-
-    omega: np.ndarray
-    alpha: np.ndarray
-    lift: np.ndarray
-    moving: list[int]
+    omega: np.ndarray  # angular velocity, shape (3, t) [rad/s]
+    alpha: np.ndarray  # angular acceleration, shape (3, t) [rad/s^2]
+    lift: np.ndarray  # acceleration of the origin minus gravity, shape (3, t) [m/s^2]
+    moving: list[int]  # indices of the m joints that move the frame
+    # Velocity of the origin per unit velocity of each of these joints, shape (3, m, t) [m/rad].
     linear: np.ndarray
-    angular: np.ndarray
+    angular: np.ndarray  # angular velocity per unit velocity of each of these joints, shape (3, m, t) [-]
 
 
 def links(kinematics: pin.Model, motion: Motion) -> list[Link]:
@@ -74,25 +66,15 @@ def links(kinematics: pin.Model, motion: Motion) -> list[Link]:
 
 
 class Pairs(NamedTuple):
-    """All p pairs of a link and a joint that moves it, ordered by link.
+    """All p pairs of a link and a joint that moves it, ordered by link."""
 
-    Attributes:
-        joints: Joint of each pair, shape (p,).
-        links: Index of the link of each pair, shape (p,).
-        omega: Angular velocity of the link, shape (3, p, t), or (3, 1, t) for a single link [rad/s].
-        alpha: Angular acceleration, same shape as omega [rad/s^2].
-        lift: Acceleration of the origin minus gravity, same shape as omega [m/s^2].
-        linear: Velocity of the origin per unit velocity of the joint, shape (3, p, t) [m/rad].
-        angular: Angular velocity per unit velocity of the joint, shape (3, p, t) [-].
-    """
-
-    joints: np.ndarray
-    links: np.ndarray
-    omega: np.ndarray
-    alpha: np.ndarray
-    lift: np.ndarray
-    linear: np.ndarray
-    angular: np.ndarray
+    joints: np.ndarray  # joint of each pair, shape (p,)
+    links: np.ndarray  # index of the link of each pair, shape (p,)
+    omega: np.ndarray  # angular velocity of the link, shape (3, p, t), or (3, 1, t) for a single link [rad/s]
+    alpha: np.ndarray  # angular acceleration, same shape as omega [rad/s^2]
+    lift: np.ndarray  # acceleration of the origin minus gravity, same shape as omega [m/s^2]
+    linear: np.ndarray  # velocity of the origin per unit velocity of the joint, shape (3, p, t) [m/rad]
+    angular: np.ndarray  # angular velocity per unit velocity of the joint, shape (3, p, t) [-]
 
     @classmethod
     def of(cls, chain: Sequence[Link]) -> "Pairs":
@@ -210,17 +192,11 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class LinkFrame(NamedTuple):
-    """The frame that one joint moves.
+    """The frame that one joint moves."""
 
-    Attributes:
-        parent: Name of the link before the joint.
-        child: Name of the link behind the joint.
-        placement: Frame of the joint in the frame of the parent link at zero position.
-    """
-
-    parent: str
-    child: str
-    placement: pin.SE3
+    parent: str  # name of the link before the joint
+    child: str  # name of the link behind the joint
+    placement: pin.SE3  # frame of the joint in the frame of the parent link at zero position
 
 
 def link_frames(kinematics: pin.Model) -> list[LinkFrame]:

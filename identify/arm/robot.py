@@ -39,27 +39,17 @@ def _not_given() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Limits:
-    """Joint limits; infinite if not given.
+    """Joint limits; infinite if not given."""
 
-    Attributes:
-        position_lower: Lower position limit, shape (n,) [rad] or [m].
-        position_upper: Upper position limit, shape (n,) [rad] or [m].
-        velocity: Upper velocity limit, shape (n,) [rad/s].
-        acceleration: Upper acceleration limit, shape (n,) [rad/s^2].
-        jerk: Jerk limit, shape (n,) [rad/s^3].
-        torque: Torque limit, shape (n,) [N m].
-        velocity_lower: Lower velocity limit, negative, shape (n,) [rad/s]; minus `velocity` by default.
-        acceleration_lower: Lower acceleration limit, negative, shape (n,) [rad/s^2]; minus `acceleration` by
-            default.
-    """
-
-    position_lower: np.ndarray
-    position_upper: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    jerk: np.ndarray
-    torque: np.ndarray
+    position_lower: np.ndarray  # lower position limit, shape (n,) [rad] or [m]
+    position_upper: np.ndarray  # upper position limit, shape (n,) [rad] or [m]
+    velocity: np.ndarray  # upper velocity limit, shape (n,) [rad/s]
+    acceleration: np.ndarray  # upper acceleration limit, shape (n,) [rad/s^2]
+    jerk: np.ndarray  # jerk limit, shape (n,) [rad/s^3]
+    torque: np.ndarray  # torque limit, shape (n,) [N m]
+    # Lower velocity limit, negative, shape (n,) [rad/s]; minus `velocity` by default.
     velocity_lower: np.ndarray = field(default_factory=_not_given)
+    # Lower acceleration limit, negative, shape (n,) [rad/s^2]; minus `acceleration` by default.
     acceleration_lower: np.ndarray = field(default_factory=_not_given)
 
     def __post_init__(self) -> None:

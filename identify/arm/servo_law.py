@@ -11,23 +11,14 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class ServoLaw:
-    """Position servos of n joints.
+    """Position servos of n joints."""
 
-    Attributes:
-        stiffness: Torque per position error k_p, shape (n,) [N m/rad].
-        damping: Torque against the joint's velocity k_v, shape (n,) [N m s/rad].
-        limit: Largest torque L, shape (n,) [N m]; infinite if there is none.
-        delay: Time d from a command to its effect, shape (n,) [s].
-        feed_forward: Torque per commanded velocity k_f, shape (n,) [N m s/rad].
-        integral: Torque per integrated position error k_i, shape (n,) [N m/(rad s)].
-    """
-
-    stiffness: np.ndarray
-    damping: np.ndarray
-    limit: np.ndarray
-    delay: np.ndarray
-    feed_forward: np.ndarray
-    integral: np.ndarray
+    stiffness: np.ndarray  # torque per position error k_p, shape (n,) [N m/rad]
+    damping: np.ndarray  # torque against the joint's velocity k_v, shape (n,) [N m s/rad]
+    limit: np.ndarray  # largest torque L, shape (n,) [N m]; infinite if there is none
+    delay: np.ndarray  # time d from a command to its effect, shape (n,) [s]
+    feed_forward: np.ndarray  # torque per commanded velocity k_f, shape (n,) [N m s/rad]
+    integral: np.ndarray  # torque per integrated position error k_i, shape (n,) [N m/(rad s)]
 
     @classmethod
     def of(

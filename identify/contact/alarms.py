@@ -40,15 +40,10 @@ class Alarm:
 
 @dataclass(eq=False)
 class Alarms:
-    """Collects alarms from estimates that come in pieces; a recording is one piece.
+    """Collects alarms from estimates that come in pieces; a recording is one piece."""
 
-    Attributes:
-        threshold: Threshold.
-        ended: Alarms that have ended.
-    """
-
-    threshold: Threshold
-    ended: list[Alarm] = field(default_factory=list)
+    threshold: Threshold  # threshold
+    ended: list[Alarm] = field(default_factory=list)  # alarms that have ended
     _open: Alarm | None = None
 
     @property

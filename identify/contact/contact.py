@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics.standstill import standstill
 from ..errors import FitError, RecordingError
 from ..fit.fit import Fit
 from ..fit.identification import of_this_arm
@@ -42,23 +41,9 @@ class Contact:
     threshold: Threshold | None
     alarms: tuple[Alarm, ...]
 
-    def save(self, path: "Path | str", recording: "Path | str") -> "Path":
-        """Write a copy of the run's recording that also has the external torques; return its path.
+    if TYPE_CHECKING:  # `exidyn.api` binds this function of the layer above
 
-        The copy has all that was recorded, unchanged, and the topics /external_torque, /contact_from and
-        /flange_force. Contacts are events.
-
-        Args:
-            path: Path of the copy (.mcap).
-            recording: Path of the recording (.mcap).
-
-        Raises:
-            NotAFile: `recording` is not a recording of exidyn.
-            RecordingError: It is another run, is damaged, or already has external torques; or `path` exists.
-        """
-        from .contact_file import write_contact
-
-        return write_contact(self, recording, path)
+        def save(self, path: Path | str, recording: Path | str) -> Path: ...
 
 
 def contact(
@@ -113,7 +98,7 @@ def free_threshold(
             "give runs that it has not used"
         )
     runs = [observed(fit, run, None, bandwidth) for run in free]
-    return Threshold.of(runs, slow_speed(fit), alarms_per_hour)
+    return Threshold.of(runs, fit.standstill, alarms_per_hour)
 
 
 def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: float = BANDWIDTH) -> Estimates:
@@ -144,11 +129,6 @@ def observed(fit: Fit, run: Recording, payload: str | None = None, bandwidth: fl
 def torque_unit(fit: Fit) -> str:
     """Unit of external torques, of all kinds of joints: amperes without drive gains."""
     return "A" if fit.unscaled else "/".join(dict.fromkeys(fit.model.robot.units("N m")))
-
-
-def slow_speed(fit: Fit) -> np.ndarray:
-    """Speed below which stiction matters, shape (n,) [rad/s]: that at which joints stood in the fit."""
-    return standstill(fit.standstill, fit.model.robot)
 
 
 def wrenches(fit: Fit, estimates: Estimates, threshold: Threshold | None) -> np.ndarray:

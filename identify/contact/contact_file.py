@@ -22,8 +22,21 @@ WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 """Names of the six numbers of a wrench."""
 
 
-def write_contact(result: Contact, recording: Path | str, path: Path | str) -> Path:
-    """Write a copy of the run's recording with external torques; see `Contact.save`."""
+def write_contact(result: Contact, path: Path | str, recording: Path | str) -> Path:
+    """Write a copy of the run's recording that also has the external torques; return its path.
+
+    The copy has all that was recorded, unchanged, and the topics /external_torque, /contact_from and
+    /flange_force. Contacts are events.
+
+    Args:
+        result: External torques along the run.
+        path: Path of the copy (.mcap).
+        recording: Path of the recording (.mcap).
+
+    Raises:
+        NotAFile: `recording` is not a recording of exidyn.
+        RecordingError: It is another run, is damaged, or already has external torques; or `path` exists.
+    """
     source, target = Path(recording), Path(path)
     if target.exists():
         raise RecordingError(f"{target} exists, and recordings are not overwritten. Choose another name")

@@ -39,21 +39,13 @@ SETTLED = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """External torque along a run; NaN where the observer is not settled, or a signal is missing.
+    """External torque along a run; NaN where the observer is not settled, or a signal is missing."""
 
-    Attributes:
-        time: Time of the samples, shape (t,) [s].
-        torque: External torque, positive in the direction of the joint, shape (t, n) [N m].
-        position: Low-passed position, shape (t, n) [rad].
-        velocity: Low-passed velocity, shape (t, n) [rad/s].
-        load: Torque of the model without acceleration: gravity and friction, shape (t, n) [N m].
-    """
-
-    time: np.ndarray
-    torque: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    load: np.ndarray
+    time: np.ndarray  # time of the samples, shape (t,) [s]
+    torque: np.ndarray  # external torque, positive in the direction of the joint, shape (t, n) [N m]
+    position: np.ndarray  # low-passed position, shape (t, n) [rad]
+    velocity: np.ndarray  # low-passed velocity, shape (t, n) [rad/s]
+    load: np.ndarray  # torque of the model without acceleration: gravity and friction, shape (t, n) [N m]
 
     def __len__(self) -> int:
         return len(self.time)

@@ -43,23 +43,14 @@ HOUR = 3600.0
 
 @dataclass(frozen=True, eq=False)
 class Threshold:
-    """Score above which a residual is a contact.
+    """Score above which a residual is a contact."""
 
-    Attributes:
-        coefficients: Coefficients c of each joint's variance, shape (n, 4).
-        slow: Speed within which stiction matters, v0, shape (n,) [rad/s].
-        level: Score at the requested rate [-].
-        alarms_per_hour: Requested rate of false alarms [1/h].
-        hours: Duration of the runs from which it was computed [h].
-        tail: Distribution of the largest block maxima.
-    """
-
-    coefficients: np.ndarray
-    slow: np.ndarray
-    level: float
-    alarms_per_hour: float
-    hours: float
-    tail: "Tail | None"
+    coefficients: np.ndarray  # coefficients c of each joint's variance, shape (n, 4)
+    slow: np.ndarray  # speed within which stiction matters, v0, shape (n,) [rad/s]
+    level: float  # score at the requested rate [-]
+    alarms_per_hour: float  # requested rate of false alarms [1/h]
+    hours: float  # duration of the runs from which it was computed [h]
+    tail: "Tail | None"  # distribution of the largest block maxima
 
     @classmethod
     def of(cls, runs: Sequence[Estimates], slow: np.ndarray, alarms_per_hour: float = 1.0) -> "Threshold":
@@ -151,19 +142,12 @@ def block_maxima(time: np.ndarray, score: np.ndarray) -> np.ndarray:
 
 
 class Tail(NamedTuple):
-    """Generalized Pareto distribution of the largest block maxima.
+    """Generalized Pareto distribution of the largest block maxima."""
 
-    Attributes:
-        share: Share of the maxima that it describes [-].
-        start: Score that this share exceeds [-].
-        scale: Scale [-].
-        shape: Shape, above 0 [-].
-    """
-
-    share: float
-    start: float
-    scale: float
-    shape: float
+    share: float  # share of the maxima that it describes [-]
+    start: float  # score that this share exceeds [-]
+    scale: float  # scale [-]
+    shape: float  # shape, above 0 [-]
 
     @classmethod
     def of(cls, maxima: np.ndarray) -> "Tail":

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -22,7 +21,6 @@ from .findings.finding import Finding
 from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
-from .questions.shape import Shaped
 from .results.budget import NOISE, budget, changes, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.motor_torque import undetermined_gains, with_all_torque
@@ -45,25 +43,17 @@ UNSTATED = 100.0
 """Relative standard deviation of unstated inertias [-]: a flat but finite prior."""
 
 
-class Diagnosed(NamedTuple):
-    """A diagnosis and the search on which it is based."""
-
-    diagnosis: Diagnosis
-    search: SearchResult
-
-
 # Threads of linear algebra would only wait for one another in thousands of small systems.
 @threadpool_limits.wrap(limits=1)
-def diagnosed(
+def diagnose(
     model: Model,
     recordings: Sequence[tuple[str, Recording]],
     name: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
-    before: Sequence[Shaped] = (),
     as_recorded: bool = False,
-) -> Diagnosed:
-    """Find the physics that a model lacks; return the diagnosis with its search.
+) -> Diagnosis:
+    """Find the physics that a model lacks.
 
     Args:
         model: Nominal model with tolerances; unstated parameters are fitted freely.
@@ -71,7 +61,6 @@ def diagnosed(
         name: Name of the diagnosis; the name of the robot by default.
         filtering: Filters; unset values are chosen from the data.
         progress: Function that is called with a sentence at each stage.
-        before: Shapes from an earlier diagnosis of some of these runs.
         as_recorded: Whether columns, units and signs are used as stated, without a check.
 
     Raises:
@@ -90,7 +79,7 @@ def diagnosed(
         for doubt in suspicions:
             progress(f"warning: {doubt}")
     progress(StageText("form", "form the columns of all candidates"))
-    problem = Problem.of(model, runs, before)
+    problem = Problem.of(model, runs)
     progress(StageText("search", f"search among {sum(problem.tried.values())} candidates"))
     result = with_all_torque(search(problem))
     progress(StageText("weigh", "weigh the findings"))
@@ -135,19 +124,7 @@ def diagnosed(
         tried=result.problem.tried,
         evidence=proof,
     )
-    return Diagnosed(_with_held_out(diagnosis, proof, result.problem.held_out), result)
-
-
-def diagnose(
-    model: Model,
-    recordings: Sequence[tuple[str, Recording]],
-    name: str = "",
-    filtering: Filtering = Filtering(),  # noqa: B008
-    progress: Callable[[str], None] = lambda _: None,
-    as_recorded: bool = False,
-) -> Diagnosis:
-    """Find the physics that a model lacks; see `diagnosed`."""
-    return diagnosed(model, recordings, name, filtering, progress, as_recorded=as_recorded).diagnosis
+    return _with_held_out(diagnosis, proof, result.problem.held_out)
 
 
 def nominal(model: Model) -> Model:

@@ -22,20 +22,14 @@ Pair = tuple[Effect, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """Torque of a model at given parameter values.
+    """Torque of a model at given parameter values."""
 
-    Attributes:
-        robot: The arm.
-        links: Ten parameters of each link, with the payload in the last one, shape (n, 10).
-        effects: Other effects with their parameters.
-        loading: Model of the torque that the gears transmit, if an effect depends on it; else None.
-        left_out: Effects that have no form without a regressor, with their parameters: they are missing.
-    """
-
-    robot: Robot
-    links: np.ndarray
-    effects: tuple[Pair, ...]
+    robot: Robot  # the arm
+    links: np.ndarray  # ten parameters of each link, with the payload in the last one, shape (n, 10)
+    effects: tuple[Pair, ...]  # other effects with their parameters
+    # Model of the torque that the gears transmit, if an effect depends on it; else None.
     loading: "Dynamics | None" = None
+    # Effects that have no form without a regressor, with their parameters: they are missing.
     left_out: tuple[Pair, ...] = ()
 
     @classmethod

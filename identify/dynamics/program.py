@@ -39,17 +39,11 @@ MATH = "atan, cos, cosh, exp, hypot, log, sin, sinh, sqrt, tanh"
 
 
 class Lines(NamedTuple):
-    """Body of a function.
+    """Body of a function."""
 
-    Attributes:
-        assignments: Lines, one per variable.
-        results: Expressions of the results.
-        inputs: Inputs that are used, as pairs of name and place.
-    """
-
-    assignments: list[str]
-    results: list[str]
-    inputs: list[tuple[str, int]]
+    assignments: list[str]  # lines, one per variable
+    results: list[str]  # expressions of the results
+    inputs: list[tuple[str, int]]  # inputs that are used, as pairs of name and place
 
 
 def number(value: float) -> str:

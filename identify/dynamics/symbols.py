@@ -18,15 +18,10 @@ COMMUTES = ("add", "multiply", "hypot", "maximum", "minimum")
 
 
 class Step(NamedTuple):
-    """One step of a program: an operation with its arguments, numbers or indices of earlier steps.
+    """One step of a program: an operation with its arguments, numbers or indices of earlier steps."""
 
-    Attributes:
-        operation: Name in `UNARY` or `BINARY`, or "input".
-        arguments: Numbers as float, earlier steps as int; of an input its name and its place.
-    """
-
-    operation: str
-    arguments: tuple[Any, ...]
+    operation: str  # name in `UNARY` or `BINARY`, or "input"
+    arguments: tuple[Any, ...]  # numbers as float, earlier steps as int; of an input its name and its place
 
 
 class Tape:

@@ -48,25 +48,15 @@ def numbers(array: np.ndarray) -> list:
 
 
 class Axis(NamedTuple):
-    """A joint as plain numbers.
+    """A joint as plain numbers."""
 
-    Attributes:
-        parent: Index of the parent link; -1 for the base.
-        revolute: Whether the joint turns; otherwise it slides.
-        axis: Axis in the link's frame.
-        place: Origin of the joint in the parent's frame [m].
-        slide: Axis in the parent's frame.
-        inward: Rotation from the joint's frame into the parent's frame, at position zero.
-        outward: Rotation from the parent's frame into the joint's frame.
-    """
-
-    parent: int
-    revolute: bool
-    axis: Vector
-    place: Vector
-    slide: Vector
-    inward: Sequence[Vector]
-    outward: Sequence[Vector]
+    parent: int  # index of the parent link; -1 for the base
+    revolute: bool  # whether the joint turns; otherwise it slides
+    axis: Vector  # axis in the link's frame
+    place: Vector  # origin of the joint in the parent's frame [m]
+    slide: Vector  # axis in the parent's frame
+    inward: Sequence[Vector]  # rotation from the joint's frame into the parent's frame, at position zero
+    outward: Sequence[Vector]  # rotation from the parent's frame into the joint's frame
 
     @classmethod
     def of(cls, joint: Joint) -> "Axis":

@@ -19,17 +19,11 @@ from .urdf import urdf
 
 
 class Format(NamedTuple):
-    """An export format.
+    """An export format."""
 
-    Attributes:
-        text: Function that returns the content of the file.
-        features: `FEATURES` that the format can represent.
-        ending: Extension of the file.
-    """
-
-    text: Callable[[Portable], str]
-    features: tuple[str, ...]
-    ending: str
+    text: Callable[[Portable], str]  # function that returns the content of the file
+    features: tuple[str, ...]  # `FEATURES` that the format can represent
+    ending: str  # extension of the file
 
     def leaves_out(self, portable: Portable) -> list[str]:
         """One sentence for each part of the model that the format cannot represent."""

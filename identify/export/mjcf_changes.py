@@ -34,25 +34,15 @@ DIGITS = 8
 
 
 class Change(NamedTuple):
-    """A changed number of the file.
+    """A changed number of the file."""
 
-    Attributes:
-        where: Element, such as "joint 'elbow'".
-        attribute: Attribute, such as "damping" or "pos x".
-        unit: SI unit.
-        old: Number in the file, or the one that MuJoCo computed from the file.
-        new: New number.
-        half: Half of its 95 % interval; infinite if unknown.
-        reason: Why it changes, if it was not identified by itself.
-    """
-
-    where: str
-    attribute: str
-    unit: str
-    old: float
-    new: float
-    half: float
-    reason: str = ""
+    where: str  # element, such as "joint 'elbow'"
+    attribute: str  # attribute, such as "damping" or "pos x"
+    unit: str  # SI unit
+    old: float  # number in the file, or the one that MuJoCo computed from the file
+    new: float  # new number
+    half: float  # half of its 95 % interval; infinite if unknown
+    reason: str = ""  # why it changes, if it was not identified by itself
 
     @property
     def told_apart(self) -> bool:
@@ -62,23 +52,14 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class File:
-    """The MJCF before the changes.
+    """The MJCF before the changes."""
 
-    Attributes:
-        where: Name of the file in errors.
-        elements: Elements of its text.
-        compiled: Model that MuJoCo compiles from it.
-        joints: Index of each robot joint in the compiled model.
-        parts: Place of each body of the compiled model in the robot.
-        nominal: Model of the robot that it describes.
-    """
-
-    where: str
-    elements: Elements
-    compiled: Any
-    joints: list[int]
-    parts: list[Part]
-    nominal: Model
+    where: str  # name of the file in errors
+    elements: Elements  # elements of its text
+    compiled: Any  # model that MuJoCo compiles from it
+    joints: list[int]  # index of each robot joint in the compiled model
+    parts: list[Part]  # place of each body of the compiled model in the robot
+    nominal: Model  # model of the robot that it describes
 
 
 def nearly_equal(old: float, new: float) -> bool:

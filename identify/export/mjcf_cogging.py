@@ -13,19 +13,12 @@ from .spread import Spread
 
 
 class Wave(NamedTuple):
-    """One wave of the torque ripple of a joint.
+    """One wave of the torque ripple of a joint."""
 
-    Attributes:
-        effect: Ripple of this joint alone.
-        values: Its parameters, shape (p,) [N m].
-        columns: Parameters of the wave: those of cosine and sine.
-        poles: Number of waves per turn of the file's motor [-].
-    """
-
-    effect: TorqueRipple
-    values: np.ndarray
-    columns: slice
-    poles: float
+    effect: TorqueRipple  # ripple of this joint alone
+    values: np.ndarray  # its parameters, shape (p,) [N m]
+    columns: slice  # parameters of the wave: those of cosine and sine
+    poles: float  # number of waves per turn of the file's motor [-]
 
     @property
     def amplitude(self) -> float:

@@ -33,23 +33,15 @@ STOP = "0.95 0.99 0.001"
 
 
 class Gear(NamedTuple):
-    """An elastic gear, or a gear with play.
+    """An elastic gear, or a gear with play."""
 
-    Attributes:
-        joint: Name of the joint.
-        stiffness: Stiffness of the gear, or of the teeth of a gear with play [N m/rad; prismatic: N/m].
-        damping: Damping [N m s/rad].
-        play: Full width of the play [rad]; 0 for none.
-        stiffness_half: Half of the 95 % interval of the stiffness [N m/rad]; infinite if unknown.
-        play_half: Half of the 95 % interval of the play [rad]; infinite if unknown.
-    """
-
-    joint: str
-    stiffness: float
-    damping: float
-    play: float = 0.0
+    joint: str  # name of the joint
+    stiffness: float  # stiffness of the gear, or of the teeth of a gear with play [N m/rad; prismatic: N/m]
+    damping: float  # damping [N m s/rad]
+    play: float = 0.0  # full width of the play [rad]; 0 for none
+    # Half of the 95 % interval of the stiffness [N m/rad]; infinite if unknown.
     stiffness_half: float = np.inf
-    play_half: float = np.inf
+    play_half: float = np.inf  # half of the 95 % interval of the play [rad]; infinite if unknown
 
 
 def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tuple[bytes, list[Change]]:

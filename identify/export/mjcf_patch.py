@@ -29,17 +29,11 @@ FEATURES = ("bodies", "gravity", "armature", "damping", "dry", "stiffness", "unc
 
 @dataclass(frozen=True)
 class Patch:
-    """New text of an MJCF.
+    """New text of an MJCF."""
 
-    Attributes:
-        text: Text with the changes.
-        changes: Changed numbers.
-        left_out: One sentence for each part of the model that MJCF cannot represent.
-    """
-
-    text: bytes
-    changes: tuple[Change, ...]
-    left_out: tuple[str, ...]
+    text: bytes  # text with the changes
+    changes: tuple[Change, ...]  # changed numbers
+    left_out: tuple[str, ...]  # one sentence for each part of the model that MJCF cannot represent
 
 
 def patch(

@@ -25,23 +25,15 @@ Pair = tuple[Effect, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Portable:
-    """A model sorted by what simulators can represent.
+    """A model sorted by what simulators can represent."""
 
-    Attributes:
-        model: Model with physically consistent bodies in its robot, including the payload in the last link.
-        joints: Joint terms that most simulators can represent.
-        balancers: Springs between two links.
-        others: Other effects with their parameters.
-        remarks: Sentences on changes that were necessary.
-        servos: Law of the joints' position servos; None if there are none.
-    """
-
+    # Model with physically consistent bodies in its robot, including the payload in the last link.
     model: Model
-    joints: JointTerms
-    balancers: tuple[Spring, ...]
-    others: tuple[Pair, ...]
-    remarks: tuple[str, ...]
-    servos: ServoLaw | None = None
+    joints: JointTerms  # joint terms that most simulators can represent
+    balancers: tuple[Spring, ...]  # springs between two links
+    others: tuple[Pair, ...]  # other effects with their parameters
+    remarks: tuple[str, ...]  # sentences on changes that were necessary
+    servos: ServoLaw | None = None  # law of the joints' position servos; None if there are none
 
     @property
     def robot(self) -> Robot:

@@ -17,15 +17,10 @@ STEP = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Intervals of a model's terms and bodies.
+    """Intervals of a model's terms and bodies."""
 
-    Attributes:
-        model: Model with one column per parameter.
-        standard: Standard parameters with their covariance.
-    """
-
-    model: Model
-    standard: Standard
+    model: Model  # model with one column per parameter
+    standard: Standard  # standard parameters with their covariance
 
     def of_joint(self, place: int, *terms: str) -> np.ndarray:
         """Covariance of `JointTerms` of one joint, shape (k, k); infinite where unknown."""

@@ -16,19 +16,12 @@ TAG = re.compile(rb"""<[^\s/>]+(?:\s+[^\s=/>]+\s*=\s*(?:"[^"]*"|'[^']*'))*\s*/?>
 
 @dataclass
 class Tag:
-    """A start tag.
+    """A start tag."""
 
-    Attributes:
-        name: Name of the element.
-        start: Offset in the text [bytes].
-        attributes: Attributes with resolved entities.
-        children: Elements inside the element.
-    """
-
-    name: str
-    start: int
-    attributes: dict[str, str]
-    children: "list[Tag]" = field(default_factory=list)
+    name: str  # name of the element
+    start: int  # offset in the text [bytes]
+    attributes: dict[str, str]  # attributes with resolved entities
+    children: "list[Tag]" = field(default_factory=list)  # elements inside the element
 
 
 def read_tags(text: bytes, where: str) -> Tag:

@@ -9,8 +9,7 @@ from exidyn.quoting import cpp_comment, cpp_name, cpp_text
 from ..dynamics.program import Language, number
 from ..dynamics.symbols import BINARY, UNARY
 from .feedforward import Feedforward
-from .functions import Function, functions
-from .header import header
+from .file_parts import Function, functions, header
 
 OWN = {
     "absolute": "std::fabs",

@@ -12,21 +12,24 @@ for any b, as long as the joint has that share of the identified friction. With 
 stays below the dry friction that holds the joint at rest.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
-from ..dynamics.standstill import standstill
 from ..dynamics.traced import writable
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, WrongShape
+from ..export.left_out import effect_sentences
 from ..fit.fit import Fit
-from .remarks import remarks
+from ..measurements import measurement_name
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SHARE = 0.7
 """Share of the identified friction that is compensated: the friction of a joint may be 30 % lower than
@@ -59,54 +62,11 @@ class Feedforward:
     source: tuple[str, ...]
     payload: str = ""
 
-    @classmethod
-    def of(
-        cls,
-        fit: Fit,
-        payload: str = "",
-        servo: ServoLaw | None = None,
-        band: float | np.ndarray | None = None,
-        share: float = SHARE,
-    ) -> "Feedforward":
-        """Feedforward of a fit.
+    if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
 
-        Args:
-            fit: The fit.
-            payload: Name of the payload on the flange; empty for none.
-            servo: Law of the position servos; by default that of the fit's robot, if it has one.
-            band: Speed below which friction is not compensated [rad/s]; by default the speed below which a
-                joint counted as standing in the runs of the fit.
-            share: Share of the friction that is compensated [-].
-
-        Raises:
-            FitError: The fit has no such payload, or band or share are out of range.
-        """
-        model, robot = fit.model, fit.model.robot
-        if payload and payload not in model.payloads:
-            names = ", ".join(model.payloads) or "none"
-            raise FitError(f"{robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
-        if not 0.0 <= share < 1.0:
-            raise FitError(
-                f"share of friction is {100 * share:g} %; it must be at least 0 and below 100 %, since full "
-                "compensation could drive a joint"
-            )
-        values = np.zeros(len(model.names))
-        values[fit.base.kept] = fit.estimate.values
-        dynamics = writable(Dynamics.of(model, values, payload))
-        band = np.zeros(robot.dof) + (standstill(fit.standstill, robot) if band is None else band)
-        if not np.all(band > 0.0):
-            raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
-        return cls(
-            dynamics,
-            "A" if fit.unscaled else "N m",
-            fit.estimate.gain if fit.measures == "current" and not fit.unscaled else None,
-            servo or _servo(fit),
-            band,
-            share,
-            tuple(remarks(fit, dynamics)),
-            fit.runs,
-            payload,
-        )
+        def python(self) -> str: ...
+        def cpp(self) -> str: ...
+        def save(self, path: Path | str) -> Path: ...
 
     @property
     def title(self) -> str:
@@ -170,31 +130,6 @@ class Feedforward:
         torque = np.clip(self.gravity(q, temperature), -self.servo.limit, self.servo.limit)
         return torque / self.servo.stiffness
 
-    def python(self) -> str:
-        """Text of a Python file that needs only NumPy."""
-        from .python_file import python_file
-
-        return python_file(self)
-
-    def cpp(self) -> str:
-        """Text of a C++17 header that needs only the standard library."""
-        from .cpp_file import cpp_file
-
-        return cpp_file(self)
-
-    def save(self, path: Path | str) -> Path:
-        """Write a Python file (.py) or a C++ header (.hpp, .h) and return its path.
-
-        Raises:
-            FitError: The ending is another one.
-        """
-        path = Path(path)
-        texts = {".py": self.python, ".hpp": self.cpp, ".h": self.cpp}
-        if path.suffix not in texts:
-            raise FitError(f"{path}: the name must end in {', '.join(texts)}")
-        path.write_text(texts[path.suffix](), encoding="utf-8")
-        return path
-
     def _of(
         self,
         function: Callable[[JointState], Sequence[Scalar]],
@@ -216,6 +151,79 @@ class Feedforward:
         state = JointState(*(list(p.T) for p in (rows, *parts, np.zeros_like(rows), warmth)))
         torque = stacked(function(state), len(rows))
         return torque[0] if position.ndim == 1 else torque
+
+
+def make_feedforward(
+    fit: Fit,
+    payload: str = "",
+    servo: ServoLaw | None = None,
+    band: float | np.ndarray | None = None,
+    share: float = SHARE,
+) -> Feedforward:
+    """Torque for gravity, friction and motion, as functions and as files for a controller.
+
+    Args:
+        fit: The fit.
+        payload: Name of the payload on the flange; empty for none.
+        servo: Law of the position servos; by default that of the fit's robot, if it has one.
+        band: Speed below which friction is not compensated [rad/s]; by default the speed below which a
+            joint counted as standing in the runs of the fit.
+        share: Share of the friction that is compensated [-].
+
+    Example:
+        >>> fit.feedforward().save("arm.hpp")
+
+    Raises:
+        FitError: The fit has no such payload, or band or share are out of range.
+    """
+    model, robot = fit.model, fit.model.robot
+    if payload and payload not in model.payloads:
+        names = ", ".join(model.payloads) or "none"
+        raise FitError(f"{robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
+    if not 0.0 <= share < 1.0:
+        raise FitError(
+            f"share of friction is {100 * share:g} %; it must be at least 0 and below 100 %, since full "
+            "compensation could drive a joint"
+        )
+    values = np.zeros(len(model.names))
+    values[fit.base.kept] = fit.estimate.values
+    dynamics = writable(Dynamics.of(model, values, payload))
+    band = np.zeros(robot.dof) + (fit.standstill if band is None else band)
+    if not np.all(band > 0.0):
+        raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
+    return Feedforward(
+        dynamics,
+        "A" if fit.unscaled else "N m",
+        fit.estimate.gain if fit.measures == "current" and not fit.unscaled else None,
+        servo or _servo(fit),
+        band,
+        share,
+        tuple(remarks(fit, dynamics)),
+        fit.runs,
+        payload,
+    )
+
+
+def remarks(fit: Fit, dynamics: Dynamics) -> Iterator[str]:
+    """One sentence for each effect that is missing and each assumption."""
+    robot = fit.model.robot
+    for sentence in effect_sentences(fit.model, dynamics.left_out):
+        yield f"not included: {sentence}"
+    for measurement in fit.model.measurements:
+        yield (
+            f"not included: {measurement_name(measurement)}; the torque is that of rigid gears, without delay"
+        )
+    if fit.unscaled:
+        yield "drive gains are unknown: what is called torque is motor current times the nominal gain of 1"
+    elif fit.measures == "current" and not np.any(fit.estimate.gain_estimated):
+        yield (
+            "drive gains are nominal, not estimated: torques are as uncertain as these; "
+            "exidyn identify --payload RUN --mass KG estimates them"
+        )
+    if dynamics.needs_temperature:
+        yield "friction depends on temperature: give the temperature of each joint [degC]"
+    if robot.passive:
+        yield f"joints without a motor: {', '.join(robot.passive)}; their torque cannot be applied"
 
 
 def _servo(fit: Fit) -> ServoLaw | None:

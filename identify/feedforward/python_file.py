@@ -8,8 +8,7 @@ from exidyn.quoting import hash_comment, python_text
 
 from ..dynamics.program import MATH, PYTHON, number, python_body
 from .feedforward import Feedforward
-from .functions import Function, functions
-from .header import header
+from .file_parts import Function, functions, header
 
 HEAD = '''"""Torque for gravity, friction and motion of a robot arm. Written by exidyn."""
 {comments}

@@ -16,18 +16,12 @@ ROUNDING = 1e-12
 
 
 class Summary(NamedTuple):
-    """Torques of each joint, each of shape (n,).
+    """Torques of each joint, each of shape (n,)."""
 
-    Attributes:
-        gravity: Largest holding torque over poses within the position limits [N m].
-        friction: Friction at twice the band of velocity, at rest of the other joints [N m].
-        compensated: Part of that friction that is compensated [N m].
-        offset: Largest position offset of the servos over the same poses [rad]; None without servos.
-    """
-
-    gravity: np.ndarray
-    friction: np.ndarray
-    compensated: np.ndarray
+    gravity: np.ndarray  # largest holding torque over poses within the position limits [N m]
+    friction: np.ndarray  # friction at twice the band of velocity, at rest of the other joints [N m]
+    compensated: np.ndarray  # part of that friction that is compensated [N m]
+    # Largest position offset of the servos over the same poses [rad]; None without servos.
     offset: np.ndarray | None
 
 

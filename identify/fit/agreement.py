@@ -16,29 +16,17 @@ HEIGHT, WIDTH = 1.4, 9.0
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """How well a fit predicts one run; all signals have passed the decimation filter.
+    """How well a fit predicts one run; all signals have passed the decimation filter."""
 
-    Attributes:
-        run: Name of the run.
-        time: Time of the decimated samples, shape (r,) [s].
-        measured: Torque from currents and drive gains, shape (r, n) [N m].
-        predicted: Torque of the model, shape (r, n) [N m].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
-        noise: Noise floor of the measured torque, shape (n,) [N m].
-        velocity: Joint velocity, shape (r, n) [rad/s].
-        position: Joint position, shape (r, n) [rad]; None if it was not stored.
-        noise_source: How the noise floor was determined; see `Prepared`.
-    """
-
-    run: str
-    time: np.ndarray
-    measured: np.ndarray
-    predicted: np.ndarray
-    weight: np.ndarray
-    noise: np.ndarray
-    velocity: np.ndarray
-    position: np.ndarray | None = None
-    noise_source: str = ""
+    run: str  # name of the run
+    time: np.ndarray  # time of the decimated samples, shape (r,) [s]
+    measured: np.ndarray  # torque from currents and drive gains, shape (r, n) [N m]
+    predicted: np.ndarray  # torque of the model, shape (r, n) [N m]
+    weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
+    noise: np.ndarray  # noise floor of the measured torque, shape (n,) [N m]
+    velocity: np.ndarray  # joint velocity, shape (r, n) [rad/s]
+    position: np.ndarray | None = None  # joint position, shape (r, n) [rad]; None if it was not stored
+    noise_source: str = ""  # how the noise floor was determined; see `Prepared`
 
     @property
     def residual(self) -> np.ndarray:

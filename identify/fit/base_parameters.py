@@ -26,19 +26,13 @@ ROUNDING = 1e-5
 
 @dataclass(frozen=True)
 class BaseParameters:
-    """Which combinations of parameters a motion can distinguish.
+    """Which combinations of parameters a motion can distinguish."""
 
-    Attributes:
-        parameters: All p parameters of the model.
-        kept: Parameter column of each base parameter, shape (b,).
-        regrouping: Base values = regrouping @ parameter values, shape (b, p).
-        gap: Share of a column outside the span of the others: the smallest of an independent column, and the
-            largest of a dependent column.
-    """
-
-    parameters: tuple[Parameter, ...]
-    kept: np.ndarray
-    regrouping: np.ndarray
+    parameters: tuple[Parameter, ...]  # all p parameters of the model
+    kept: np.ndarray  # parameter column of each base parameter, shape (b,)
+    regrouping: np.ndarray  # base values = regrouping @ parameter values, shape (b, p)
+    # Share of a column outside the span of the others: the smallest of an independent column, and the largest
+    # of a dependent column.
     gap: tuple[float, float]
 
     @property

@@ -19,23 +19,14 @@ NAMED = 5
 
 
 class EditTest(NamedTuple):
-    """A predicted run with a payload that no run of the fit carried.
+    """A predicted run with a payload that no run of the fit carried."""
 
-    Attributes:
-        run: Name of the run.
-        body: Name of the attached payload; empty if the payload of the fitted runs was removed.
-        residual: Root mean square of measured minus predicted torque, shape (n,) [N m].
-        relative: Residual over the root mean square of the measured torque, shape (n,) [-].
-        beside: Residual of the other held-out runs, or else of the runs used, shape (n,) [N m].
-        held_out: Whether `beside` is from held-out runs.
-    """
-
-    run: str
-    body: str
-    residual: np.ndarray
-    relative: np.ndarray
-    beside: np.ndarray
-    held_out: bool
+    run: str  # name of the run
+    body: str  # name of the attached payload; empty if the payload of the fitted runs was removed
+    residual: np.ndarray  # root mean square of measured minus predicted torque, shape (n,) [N m]
+    relative: np.ndarray  # residual over the root mean square of the measured torque, shape (n,) [-]
+    beside: np.ndarray  # residual of the other held-out runs, or else of the runs used, shape (n,) [N m]
+    held_out: bool  # whether `beside` is from held-out runs
 
 
 def edits(held_out: Mapping[str, str], used: Collection[str]) -> dict[str, str]:

@@ -20,45 +20,31 @@ from .base_parameters import BaseParameters
 
 @dataclass(frozen=True)
 class Equations:
-    """Stacked equations of all runs.
+    """Stacked equations of all runs."""
 
-    Attributes:
-        base: Base parameters, one per column.
-        regressor: Torque per unit of each base parameter, shape (r, n, b) [N m / unit].
-        current: Measured current, shape (r, n) [A], or torque [N m] if torque was recorded.
-        known: Torque that no parameter scales, shape (r, n) [N m].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
-        gain: Nominal torque per unit of current, shape (n,).
-        gain_tolerance: Relative standard deviation of the nominal gains, one number or shape (n,) [-].
-        gain_known: Whether torque was recorded, so that gains are one by definition.
-        runs: Rows of each run.
-        rate: Rows per second [Hz].
-        noise: Noise floor of `current`, shape (n,).
-        commanded: Function that returns the regressor of the commanded motion, shape (r, n, b); None if the
-            commanded motion was not recorded.
-        regressor_noise: Function that returns the standard deviation of the regressor and, in the last
-            column, of the known torque that encoder noise causes, shape (n, b + 1).
-        nominal: Nominal value of each standard parameter, shape (p,).
-        tolerance: Standard deviation of the nominal values, infinite without a prior, shape (p,).
-        bodies: Standard parameters of each rigid body, ten per body.
-    """
-
-    base: BaseParameters
-    regressor: np.ndarray
-    current: np.ndarray
-    known: np.ndarray
-    weight: np.ndarray
-    gain: np.ndarray
+    base: BaseParameters  # base parameters, one per column
+    regressor: np.ndarray  # torque per unit of each base parameter, shape (r, n, b) [N m / unit]
+    current: np.ndarray  # measured current, shape (r, n) [A], or torque [N m] if torque was recorded
+    known: np.ndarray  # torque that no parameter scales, shape (r, n) [N m]
+    weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
+    gain: np.ndarray  # nominal torque per unit of current, shape (n,)
+    # Relative standard deviation of the nominal gains, one number or shape (n,) [-].
     gain_tolerance: float | np.ndarray
-    gain_known: bool
-    runs: tuple[slice, ...]
-    rate: float
-    noise: np.ndarray
+    gain_known: bool  # whether torque was recorded, so that gains are one by definition
+    runs: tuple[slice, ...]  # rows of each run
+    rate: float  # rows per second [Hz]
+    noise: np.ndarray  # noise floor of `current`, shape (n,)
+    # Function that returns the regressor of the commanded motion, shape (r, n, b); None if the commanded
+    # motion was not recorded.
     commanded: Callable[[], np.ndarray] | None = None
+    # Function that returns the standard deviation of the regressor and, in the last column, of the known
+    # torque that encoder noise causes, shape (n, b + 1).
     regressor_noise: Callable[[], np.ndarray] | None = None
+    # Nominal value of each standard parameter, shape (p,).
     nominal: np.ndarray = field(default_factory=lambda: np.empty(0))
+    # Standard deviation of the nominal values, infinite without a prior, shape (p,).
     tolerance: np.ndarray = field(default_factory=lambda: np.empty(0))
-    bodies: tuple[slice, ...] = ()
+    bodies: tuple[slice, ...] = ()  # standard parameters of each rigid body, ten per body
 
     @property
     def names(self) -> list[str]:

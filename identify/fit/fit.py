@@ -2,21 +2,28 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..errors import FitError
+from ..arm.motion import Motion
+from ..errors import FitError, WrongShape
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
 from ..preparation.prepare import Filtering, Prepared
+from ..quantity import Quantity
 from ..text_table import NORMAL_95
 from .agreement import Agreement, Scores, agreement, figure
 from .base_parameters import BaseParameters
 from .equations import decimated_regressor
 from .estimators import Estimate
-from .methods import FitMethods
 from .repeatability import Repeatability
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ..arm.servo_law import ServoLaw
+    from ..feedforward.feedforward import Feedforward
 
 
 class Moved(NamedTuple):
@@ -41,7 +48,7 @@ class Unclear:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit(FitMethods, InNotebook):
+class Fit(InNotebook):
     """Base parameters and drive gains of a model.
 
     Attributes:
@@ -61,23 +68,22 @@ class Fit(FitMethods, InNotebook):
         suspicions: Sentences about likely mistakes in the recordings.
         structure: Base parameters including the dropped ones; None if none was dropped.
         full_estimate: Estimate of all parameters of `structure`, before any was dropped; None if none was
-            dropped, or in files that predate the key.
+            dropped.
         measures: Quantity that was recorded in the runs used, "current" or "torque".
         scores: Residuals of each run, for a fit that was read from a file and has no samples.
         noise: Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all
-            predicted runs are compared; None in files that predate the key.
+            predicted runs are compared.
         noise_source: How the noise floor was determined; see `Prepared`.
         carried: Run used -> name of its payload.
         simulations: Names of the runs used that were simulated.
         apart: Predicted runs that do not count as validation: simulations, jogs, unknown payloads.
         standstill: Speed below which each joint counted as standing still, the largest of all runs used,
-            shape (n,) [rad/s]; friction below it is not identified. None in files that predate the key.
+            shape (n,) [rad/s]; friction below it is not identified.
         edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
         exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
-            None if there are none, or in files that predate the key.
+            None if there are none.
         gear_friction_bias: Bias of the values, before any was dropped, then of the gains, per friction over
-            transmitted torque of each joint, shape (b + n, n); None if unknown, see `gear_friction_bias.py`,
-            or in files that predate the key.
+            transmitted torque of each joint, shape (b + n, n); None if the model has that friction.
         repeatability: Agreement of the parameters between runs; None if it was not asked for.
     """
 
@@ -89,6 +95,9 @@ class Fit(FitMethods, InNotebook):
     condition: float
     rows: int
     prior: tuple[np.ndarray, np.ndarray]
+    noise: np.ndarray
+    noise_source: str
+    standstill: np.ndarray
     dropped: dict[str, float] = field(default_factory=dict)
     unclear: tuple[Unclear, ...] = ()
     agreement: tuple[Agreement, ...] = ()
@@ -99,16 +108,28 @@ class Fit(FitMethods, InNotebook):
     full_estimate: Estimate | None = None
     measures: str = "torque"
     scores: tuple[Scores, ...] = ()
-    noise: np.ndarray | None = None
-    noise_source: str = ""
     carried: Mapping[str, str] = field(default_factory=dict)
     simulations: tuple[str, ...] = ()
     apart: tuple[Agreement, ...] = ()
     exported: np.ndarray | None = None
-    standstill: np.ndarray | None = None
     edits: Mapping[str, str] = field(default_factory=dict)
     gear_friction_bias: np.ndarray | None = None
     repeatability: Repeatability | None = None
+
+    if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
+        verdict: ClassVar[str]
+        identified: ClassVar[Model]
+
+        def save(self, path: Path | str) -> Path: ...
+        def export(self, format: str, path: Path | str | None = None, payload: str = "") -> str: ...
+        def report(self, path: Path | str) -> Path: ...
+        def feedforward(
+            self,
+            payload: str = "",
+            servo: ServoLaw | None = None,
+            band: float | np.ndarray | None = None,
+            share: float = ...,
+        ) -> "Feedforward": ...
 
     @property
     def gains_unstated(self) -> bool:
@@ -122,7 +143,7 @@ class Fit(FitMethods, InNotebook):
 
     @property
     def undropped(self) -> "Fit":
-        """The fit before parameters were dropped; itself if none was, or without `full_estimate`."""
+        """The fit before parameters were dropped; itself if none was."""
         if self.structure is None or self.full_estimate is None:
             return self
         return replace(
@@ -153,8 +174,12 @@ class Fit(FitMethods, InNotebook):
             if abs(new - value) > NORMAL_95 * std
         )
 
-    def value(self, name: str) -> float:
-        """Value of one base parameter by its name, with or without the R of regrouping.
+    def __getitem__(self, name: str) -> Quantity:
+        """One base parameter by its name, with or without the R of regrouping.
+
+        Example:
+            >>> fit["Fv1"].value, fit["Fv1"].interval
+            (3.02, (2.96, 3.08))
 
         Raises:
             KeyError: There is no such parameter, or it was dropped; the message lists the valid names.
@@ -163,11 +188,55 @@ class Fit(FitMethods, InNotebook):
             raise KeyError(
                 f"the data do not support base parameter '{name}': it was dropped; drop=False keeps it"
             )
-        plain = [n.removesuffix("R") for n in self.names]
-        for candidates in (self.names, plain):
-            if name in candidates:
-                return float(self.estimate.values[candidates.index(name)])
+        for names in (self.names, [name.removesuffix("R") for name in self.names]):
+            if name in names:
+                place = names.index(name)
+                value, std = float(self.estimate.values[place]), float(self.estimate.std[place])
+                return Quantity(value, std, self.base.units[place])
         raise KeyError(f"no base parameter '{name}'. Valid: {', '.join(self.names)}")
+
+    def value(self, name: str) -> float:
+        """Value of one base parameter by its name; see `Fit[name]`."""
+        return self[name].value
+
+    @property
+    def gains(self) -> dict[str, Quantity]:
+        """Drive gain of each joint by its name [N m/A], estimated or nominal, with its standard deviation."""
+        estimate, joints = self.estimate, self.model.robot.joints
+        rows = zip(joints, estimate.gain, estimate.gain_std, strict=True)
+        return {joint: Quantity(float(value), float(std), "N m/A") for joint, value, std in rows}
+
+    def torque(
+        self,
+        q: np.ndarray,
+        dq: np.ndarray,
+        ddq: np.ndarray,
+        payload: str = "",
+        time: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Joint torque that the fit predicts for a motion, shape (t, n) [N m].
+
+        Args:
+            q: Position, shape (t, n) [rad], or (n,) for one sample.
+            dq: Velocity, same shape [rad/s].
+            ddq: Acceleration, same shape [rad/s^2].
+            payload: Name of the body on the flange; empty for none.
+            time: Time of the samples, shape (t,) [s]; only friction with memory needs it.
+
+        Raises:
+            WrongShape: The arrays have different shapes, or do not have one column per joint.
+        """
+        position, velocity, acceleration = parts = [np.atleast_2d(np.asarray(p, float)) for p in (q, dq, ddq)]
+        shape = (len(parts[0]), self.model.robot.dof)
+        if any(part.shape != shape for part in parts):
+            shapes = ", ".join(
+                f"{name} {part.shape}" for name, part in zip(("q", "dq", "ddq"), parts, strict=True)
+            )
+            raise WrongShape(f"torque: shapes are {shapes}; expected {shape} (samples, joints) for each")
+        time = np.arange(shape[0], dtype=float) if time is None else np.asarray(time, float)
+        motion = self.model.loaded(Motion.of(time, position, velocity, acceleration, payload=payload))
+        regressor = self.model.regressor(motion)[:, :, self.base.kept]
+        return np.asarray(regressor @ self.estimate.values + self.model.known_torque(motion))
 
     def __repr__(self) -> str:
         runs = counted(len(self.runs), "run")
@@ -214,7 +283,7 @@ class Fit(FitMethods, InNotebook):
 
     def noise_of(self, measures: str) -> np.ndarray | None:
         """Noise floor in "current" or "torque", shape (n,); None if the fit does not have it."""
-        if measures == self.measures or self.noise is None:
+        if measures == self.measures:
             return self.noise
         return np.abs(self.estimate.gain) * self.noise if self.measures == "current" else None
 

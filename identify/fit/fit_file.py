@@ -7,7 +7,6 @@ computes the agreement again, with the same prediction.
 """
 
 import json
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -32,11 +31,15 @@ FORMAT = 1
 """Format version, increased when a reader of the previous version would misinterpret a file."""
 
 
-def write_fit(fit: Fit, path: Path | str) -> None:
-    """Write fit.json; the file appears under its name only when it is complete."""
-    part = Path(path).with_name(Path(path).name + ".part")
+def write_fit(fit: Fit, path: Path | str) -> Path:
+    """Write the fit as JSON for `ex.read_fit`; returns the path.
+
+    The file appears under its name only when it is complete.
+    """
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
     part.write_text(fit_text(fit), encoding="utf-8")
-    os.replace(part, path)
+    return part.replace(path)
 
 
 def fit_text(fit: Fit) -> str:
@@ -96,9 +99,9 @@ def _table(fit: Fit) -> dict[str, Any]:
         "drive_gain_std": _numbers(estimate.gain_std),
         "drive_gains_nominal": estimate.nominal_gains,
         "noise": _numbers(estimate.noise),
-        "noise_floor": None if fit.noise is None else _numbers(fit.noise),
+        "noise_floor": _numbers(fit.noise),
         "noise_floor_from": fit.noise_source,
-        "standstill": None if fit.standstill is None else _numbers(fit.standstill),
+        "standstill": _numbers(fit.standstill),
         "gear_friction_bias": None if bias is None else [_numbers(row) for row in bias],
         "carried": dict(fit.carried),
         "edits": dict(fit.edits),
@@ -167,16 +170,6 @@ def _read_full_estimate(file: FitFile) -> Estimate | None:
     )
 
 
-def _read_bias(file: FitFile) -> np.ndarray | None:
-    """Bias of values and gains; older files have it for torque only, whose gains have none."""
-    if file.gear_friction_bias is None:
-        return None
-    bias = np.array(file.gear_friction_bias, float)
-    joints = bias.shape[1]
-    older = len(bias) < len(file.full_estimate.values if file.full_estimate else file.kept) + joints
-    return np.concatenate([bias, np.zeros((joints, joints))]) if older else bias
-
-
 def _scores(agreement: Agreement) -> dict[str, Any]:
     numbers = {name: _numbers(getattr(agreement, name)) for name in SCORES}
     return {"run": agreement.run, "noise_source": agreement.noise_source} | numbers
@@ -195,14 +188,8 @@ def _read_scores(file: FitFile) -> tuple[Scores, ...]:
 def _fit(file: FitFile, model: Model) -> Fit:
     rows, kept_rows, parameters = file.base_parameters, file.kept, tuple(model.parameters)
     values = {row.name: row.value for row in rows}
-    standard, scores = file.standard_parameters, _read_scores(file)
-    # Older files have the noise floor as torque, and its source, for each run instead of these keys.
-    floor, source = file.noise_floor, file.noise_floor_from
-    if floor is None and scores:
-        floor = scores[0].noise / np.abs(np.array(file.drive_gain))
-    if source is None:
-        source = scores[0].noise_source if scores else ""
-    prior = np.array([row.before for row in kept_rows], float)
+    standard, bias = file.standard_parameters, file.gear_friction_bias
+    prior = np.array([row.prior for row in kept_rows], float)
     return Fit(
         model=model,
         base=_base(parameters, kept_rows, file.gap),
@@ -222,22 +209,20 @@ def _fit(file: FitFile, model: Model) -> Fit:
         prior=(prior[:, 0], prior[:, 1]),
         dropped={name: values[name] for name in file.dropped},
         unclear=file.unclear,
-        warnings=file.doubts or () if file.warnings is None else file.warnings,
+        warnings=file.warnings,
         suspicions=file.suspicions,
         structure=_base(parameters, rows, file.gap) if len(kept_rows) < len(rows) else None,
         full_estimate=_read_full_estimate(file),
-        # Older files do not have this key: all gains are 1 for torque, and hardly ever for currents.
-        measures=file.measures or ("torque" if set(file.drive_gain) == {1.0} else "current"),
-        scores=scores,
-        noise=None if floor is None else np.array(floor, float),
-        noise_source=source,
-        standstill=None if file.standstill is None else np.array(file.standstill, float),
-        gear_friction_bias=_read_bias(file),
+        measures=file.measures,
+        scores=_read_scores(file),
+        noise=np.array(file.noise_floor, float),
+        noise_source=file.noise_floor_from,
+        standstill=np.array(file.standstill, float),
+        gear_friction_bias=None if bias is None else np.array(bias, float),
         carried=file.carried,
         edits=file.edits,
         simulations=file.simulations,
         repeatability=file.repeatability,
-        # None if no consistent values were found, or in files that predate the key.
         exported=None if kept_rows[0].exported is None else np.array([r.exported for r in kept_rows], float),
     )
 

@@ -27,7 +27,7 @@ from .repeatability import Repeatability
 
 
 class BaseParameterRow(Struct, frozen=True, kw_only=True):
-    """A base parameter; `believed` is the name of `prior` in older files."""
+    """A base parameter; only dropped ones have no `prior`, the nominal value and its standard deviation."""
 
     name: Name
     unit: str
@@ -38,16 +38,10 @@ class BaseParameterRow(Struct, frozen=True, kw_only=True):
     std: Size | None = None
     exported: Number | None = None
     prior: tuple[Number, SizeWritten] | None = None
-    believed: tuple[Number, SizeWritten] | None = None
 
     def __post_init__(self) -> None:
-        check(not self.kept or self.before is not None, "prior", None, "nominal value and standard deviation")
+        check(not self.kept or self.prior is not None, "prior", None, "nominal value and standard deviation")
         check(len(self.sum_of) > 0, "sum_of", self.sum_of, "standard parameters with their weights")
-
-    @property
-    def before(self) -> tuple[float, float | str] | None:
-        """Nominal value and its standard deviation; None only for dropped parameters."""
-        return self.prior or self.believed
 
 
 class FullEstimate(Struct, frozen=True, kw_only=True):
@@ -63,7 +57,7 @@ class ScoresRow(Struct, frozen=True, kw_only=True):
     """Scores of one run, one number per joint; see `Scores`."""
 
     run: str
-    noise_source: str = ""
+    noise_source: str
     relative: tuple[Written, ...]
     r_squared: tuple[Written, ...]
     residual_rms: tuple[Written, ...]
@@ -76,43 +70,41 @@ SCORES = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
 
 
 class FitFile(Struct, frozen=True, kw_only=True):
-    """A fit; keys with a default may be missing in older files, which call the warnings `doubts`."""
+    """A fit."""
 
     method: Name
     runs: tuple[str, ...]
-    measures: Literal["current", "torque"] | None = None
+    measures: Literal["current", "torque"]
     rows: Count
     condition: float
     filtering: Filtering
-    joints: tuple[str, ...] | None = None
+    joints: tuple[str, ...]
     drive_gain: tuple[Number, ...]
-    drive_gain_std: tuple[SizeWritten, ...] | None = None
-    drive_gains_nominal: bool = False
+    drive_gain_std: tuple[SizeWritten, ...]
+    drive_gains_nominal: bool
     noise: tuple[SizeWritten, ...]
-    noise_floor: tuple[SizeWritten, ...] | None = None
-    noise_floor_from: str | None = None
-    standstill: tuple[Size, ...] | None = None
-    gear_friction_bias: tuple[tuple[Number, ...], ...] | None = None
-    carried: dict[str, str] = {}
-    edits: dict[str, str] = {}
-    simulations: tuple[str, ...] = ()
+    noise_floor: tuple[SizeWritten, ...]
+    noise_floor_from: str
+    standstill: tuple[Size, ...]
+    gear_friction_bias: tuple[tuple[Number, ...], ...] | None
+    carried: dict[str, str]
+    edits: dict[str, str]
+    simulations: tuple[str, ...]
     base_parameters: tuple[BaseParameterRow, ...]
     dropped: tuple[str, ...]
-    full_estimate: FullEstimate | None = None
+    full_estimate: FullEstimate | None
     gap: tuple[Size, Size]
     covariance: tuple[tuple[Number, ...], ...]
     standard_parameters: tuple[Number, ...] | None
     unclear: tuple[Unclear, ...]
-    warnings: tuple[str, ...] | None = None
-    doubts: tuple[str, ...] | None = None
-    agreement: tuple[ScoresRow, ...] = ()
-    validation: tuple[ScoresRow, ...] = ()
+    warnings: tuple[str, ...]
+    agreement: tuple[ScoresRow, ...]
+    validation: tuple[ScoresRow, ...]
     model: tuple[str, ...]
-    suspicions: tuple[str, ...] = ()
-    repeatability: Repeatability | None = None
+    suspicions: tuple[str, ...]
+    repeatability: Repeatability | None
 
     def __post_init__(self) -> None:
-        check(self.warnings is not None or self.doubts is not None, "warnings", None, "a list of sentences")
         check(self.condition >= 1.0, "condition", self.condition, "a condition number, at least 1")
         for name, value in asdict(self.filtering).items():
             check(value is None or 0.0 < value <= LARGEST, f"filtering.{name}", value, "a number above zero")
@@ -154,10 +146,8 @@ class FitFile(Struct, frozen=True, kw_only=True):
         check_length(self.covariance, "covariance", size, unknowns)
         check_rows(self.covariance, "covariance", size, unknowns)
         if self.gear_friction_bias is not None:
-            rows = len(self.kept if self.full_estimate is None else self.base_parameters)
-            older = len(self.kept) if self.full_estimate is None else rows + joints
-            size, expected = len(self.gear_friction_bias), "one per base parameter and joint"
-            check(size in (rows + joints, older), "gear_friction_bias", f"{size} entries", expected)
+            size, expected = len(self.base_parameters) + joints, "one per base parameter and joint"
+            check_length(self.gear_friction_bias, "gear_friction_bias", size, expected)
             for place, row in enumerate(self.gear_friction_bias):
                 check_length(row, f"gear_friction_bias[{place}]", joints, per_joint)
         if self.full_estimate is not None:
@@ -189,7 +179,7 @@ def check_with_model(file: FitFile, model: Model) -> None:
     parameters, joints = model.parameters, model.robot.joints
     names, of_model = [parameter.name for parameter in parameters], "a parameter of the model"
     check_length(file.drive_gain, "drive_gain", len(joints), "one per joint of the model")
-    check(file.joints in (None, joints), "joints", file.joints, f"those of the model, {list(joints)}")
+    check(file.joints == joints, "joints", file.joints, f"those of the model, {list(joints)}")
     per_parameter = "one per parameter of the model"
     check_length(file.standard_parameters, "standard_parameters", len(names), per_parameter)
     for place, row in enumerate(file.base_parameters):

@@ -33,59 +33,36 @@ any condition that does not matter; Bonferroni's correction divides it by the nu
 
 @dataclass(frozen=True)
 class Trend:
-    """How a parameter changes with a condition.
+    """How a parameter changes with a condition."""
 
-    Attributes:
-        condition: Name of the condition, as in `Part.conditions`.
-        slope: Change of the parameter per unit of the condition.
-        std: Standard deviation of the slope.
-        probability: Probability of a slope at least as steep if the condition does not matter.
-    """
-
-    condition: str
-    slope: float
-    std: float
-    probability: float
+    condition: str  # name of the condition, as in `Part.conditions`
+    slope: float  # change of the parameter per unit of the condition
+    std: float  # standard deviation of the slope
+    probability: float  # probability of a slope at least as steep if the condition does not matter
 
 
 @dataclass(frozen=True)
 class Repeated:
-    """Estimates of one base parameter in the parts.
+    """Estimates of one base parameter in the parts."""
 
-    Attributes:
-        name: Name of the base parameter.
-        unit: Its unit.
-        values: Estimate in each part; None where its motion does not determine the parameter.
-        std: Standard deviation of each estimate.
-        mean: Weighted mean of the estimates.
-        deviation: Standard deviation between parts beyond that of the estimates.
-        probability: Probability of at least this scatter if the parameter is the same in all parts.
-        differs: Whether the parameter differs between parts; `SURE` counts all parameters.
-        follows: Conditions that explain the differences, the most probable first.
-    """
-
-    name: str
-    unit: str
+    name: str  # name of the base parameter
+    unit: str  # its unit
+    # Estimate in each part; None where its motion does not determine the parameter.
     values: tuple[float | None, ...]
-    std: tuple[float | None, ...]
-    mean: float
-    deviation: float
-    probability: float
-    differs: bool = False
-    follows: tuple[Trend, ...] = ()
+    std: tuple[float | None, ...]  # standard deviation of each estimate
+    mean: float  # weighted mean of the estimates
+    deviation: float  # standard deviation between parts beyond that of the estimates
+    probability: float  # probability of at least this scatter if the parameter is the same in all parts
+    differs: bool = False  # whether the parameter differs between parts; `SURE` counts all parameters
+    follows: tuple[Trend, ...] = ()  # conditions that explain the differences, the most probable first
 
 
 @dataclass(frozen=True)
 class Repeatability:
-    """Agreement of base parameters between parts of the runs.
+    """Agreement of base parameters between parts of the runs."""
 
-    Attributes:
-        parts: The parts.
-        parameters: Base parameters that at least two parts determine.
-    """
-
-    parts: tuple[Part, ...]
-    parameters: tuple[Repeated, ...]
+    parts: tuple[Part, ...]  # the parts
+    parameters: tuple[Repeated, ...]  # base parameters that at least two parts determine
 
     @property
     def conditions(self) -> list[str]:

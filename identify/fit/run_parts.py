@@ -25,18 +25,12 @@ STAMP = "_ns"
 
 @dataclass(frozen=True)
 class Part:
-    """A run or part of a run.
+    """A run or part of a run."""
 
-    Attributes:
-        run: Name of the run.
-        start: Time of its first row [s].
-        end: Time of its last row [s].
-        conditions: Name of a condition -> its mean, one number per joint or one for all joints.
-    """
-
-    run: str
-    start: float
-    end: float
+    run: str  # name of the run
+    start: float  # time of its first row [s]
+    end: float  # time of its last row [s]
+    # Name of a condition -> its mean, one number per joint or one for all joints.
     conditions: dict[str, tuple[float, ...]]
 
 

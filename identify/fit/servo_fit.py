@@ -87,17 +87,11 @@ def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
 
 
 class Unscaled(NamedTuple):
-    """Law of a joint whose torque is unknown in size, relative to its stiffness.
+    """Law of a joint whose torque is unknown in size, relative to its stiffness."""
 
-    Attributes:
-        damping: Damping over stiffness [s].
-        std: Its standard deviation [s].
-        residual: Rms position error that the law does not explain [rad].
-    """
-
-    damping: float
-    std: float
-    residual: float
+    damping: float  # damping over stiffness [s]
+    std: float  # its standard deviation [s]
+    residual: float  # rms position error that the law does not explain [rad]
 
 
 def identify_unscaled(runs: Sequence[ServoRun], joint: int, delay: float) -> Unscaled:

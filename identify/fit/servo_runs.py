@@ -22,26 +22,16 @@ REVERSAL = 0.02
 
 @dataclass(frozen=True, eq=False)
 class ServoRun:
-    """Signals of one run; n joints.
+    """Signals of one run; n joints."""
 
-    Attributes:
-        rate: Sampling rate [Hz].
-        cutoff: Cut-off of the low-pass that all signals but `raw_torque` have passed [Hz].
-        position: Positions, shape (t, n) [rad].
-        velocity: Velocities, shape (t, n) [rad/s].
-        torque: Torques, shape (t, n) [N m].
-        raw_torque: Torques before the low-pass, shape (t, n) [N m].
-        command: Commands as functions of the time since the first sample.
-        unknown: Shapes of further torques of unknown size, shape (k, t, n); none if torque was measured.
-    """
-
-    rate: float
-    cutoff: float
-    position: np.ndarray
-    velocity: np.ndarray
-    torque: np.ndarray
-    raw_torque: np.ndarray
-    command: CubicSpline
+    rate: float  # sampling rate [Hz]
+    cutoff: float  # cut-off of the low-pass that all signals but `raw_torque` have passed [Hz]
+    position: np.ndarray  # positions, shape (t, n) [rad]
+    velocity: np.ndarray  # velocities, shape (t, n) [rad/s]
+    torque: np.ndarray  # torques, shape (t, n) [N m]
+    raw_torque: np.ndarray  # torques before the low-pass, shape (t, n) [N m]
+    command: CubicSpline  # commands as functions of the time since the first sample
+    # Shapes of further torques of unknown size, shape (k, t, n); none if torque was measured.
     unknown: np.ndarray
 
     @classmethod

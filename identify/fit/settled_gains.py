@@ -25,21 +25,14 @@ MAINLY = 0.5
 
 
 class Settled(NamedTuple):
-    """Drive gains and the base values that belong to them.
+    """Drive gains and the base values that belong to them."""
 
-    Attributes:
-        gain: Gains of the fit, combined with nominal gains where the runs leave them open, shape (n,).
-        gain_covariance: Covariance of the gains, shape (n, n).
-        values: Base parameters at these gains, shape (b,).
-        conditional: Covariance of the values at exactly known gains, shape (b, b).
-        by_gain: Change of each value with each gain, shape (b, n).
-    """
-
+    # Gains of the fit, combined with nominal gains where the runs leave them open, shape (n,).
     gain: np.ndarray
-    gain_covariance: np.ndarray
-    values: np.ndarray
-    conditional: np.ndarray
-    by_gain: np.ndarray
+    gain_covariance: np.ndarray  # covariance of the gains, shape (n, n)
+    values: np.ndarray  # base parameters at these gains, shape (b,)
+    conditional: np.ndarray  # covariance of the values at exactly known gains, shape (b, b)
+    by_gain: np.ndarray  # change of each value with each gain, shape (b, n)
 
 
 def stated(robot: Robot) -> bool:

@@ -24,23 +24,15 @@ from .trial import Trial
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A version of the user's file.
+    """A version of the user's file."""
 
-    Attributes:
-        text: Its text; the original one if nothing in it is better.
-        distances: Distances of its simulation from the held-out runs.
-        changes: Changed numbers, in addition to those of the servos.
-        arm: The arm whose effects are attached; for the file by itself, the arm that it describes.
-        fit: The fit from which the arm comes; None if its numbers come from the file or from simulation.
-        left_out: What the file cannot hold, in words.
-    """
-
-    text: bytes
-    distances: Distances
-    changes: tuple[Change, ...]
-    arm: Model
+    text: bytes  # its text; the original one if nothing in it is better
+    distances: Distances  # distances of its simulation from the held-out runs
+    changes: tuple[Change, ...]  # changed numbers, in addition to those of the servos
+    arm: Model  # the arm whose effects are attached; for the file by itself, the arm that it describes
+    # The fit from which the arm comes; None if its numbers come from the file or from simulation.
     fit: Fit | None = None
-    left_out: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()  # what the file cannot hold, in words
 
     @property
     def attaches(self) -> bool:

@@ -116,31 +116,18 @@ def _require_callbacks(model: Any, data: Any) -> None:
 
 
 class State(NamedTuple):
-    """State of the effects for one `MjData`.
+    """State of the effects for one `MjData`."""
 
-    Attributes:
-        address: Address of the `MjData`.
-        torques: Effects on the motor side of the gears.
-        transmitted: Effects whose torque the gears transmit.
-        arrays: Arrays of the `MjData`, by name.
-        pointer: Address of the positions, which distinguishes it from a later `MjData` at the same address.
-        clock: Simulation time of the `MjData`.
-        last: Time of the last update, a list of one number [s].
-        velocity: Velocity at that time, shape (n,) [rad/s].
-        acceleration: Mean acceleration over the preceding step, shape (n,) [rad/s^2].
-        drag: Damping coefficient in this step, shape (n,) [N m s/rad].
-    """
-
-    address: int
-    torques: Torques
-    transmitted: Torques
-    arrays: dict[str, np.ndarray]
-    pointer: int
-    clock: Any
-    last: list[float]
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    drag: np.ndarray
+    address: int  # address of the `MjData`
+    torques: Torques  # effects on the motor side of the gears
+    transmitted: Torques  # effects whose torque the gears transmit
+    arrays: dict[str, np.ndarray]  # arrays of the `MjData`, by name
+    pointer: int  # address of the positions, which distinguishes it from a later `MjData` at the same address
+    clock: Any  # simulation time of the `MjData`
+    last: list[float]  # time of the last update, a list of one number [s]
+    velocity: np.ndarray  # velocity at that time, shape (n,) [rad/s]
+    acceleration: np.ndarray  # mean acceleration over the preceding step, shape (n,) [rad/s^2]
+    drag: np.ndarray  # damping coefficient in this step, shape (n,) [N m s/rad]
 
 
 class Attached:

@@ -16,24 +16,16 @@ MOST = 40
 
 
 class Distances(NamedTuple):
-    """Distances between simulation and recordings; n joints, h horizons, w starts.
+    """Distances between simulation and recordings; n joints, h horizons, w starts."""
 
-    Attributes:
-        ends: Simulated minus recorded position after each horizon, shape (w, h, n) [rad]; infinite where
-            the simulation has diverged.
-        tools: Distance between the tool points after each horizon, shape (w, h) [m].
-        whole_run: RMS position error over whole runs, shape (n,) [rad].
-        whole_tool: RMS distance between the tool points over whole runs [m].
-        traces: Simulated positions of each whole run, (t, n) each [rad].
-        moved: RMS motion of the real joints after each horizon, shape (h, n) [rad].
-    """
-
+    # Simulated minus recorded position after each horizon, shape (w, h, n) [rad]; infinite where the
+    # simulation has diverged.
     ends: np.ndarray
-    tools: np.ndarray
-    whole_run: np.ndarray
-    whole_tool: float
-    traces: tuple[np.ndarray, ...]
-    moved: np.ndarray
+    tools: np.ndarray  # distance between the tool points after each horizon, shape (w, h) [m]
+    whole_run: np.ndarray  # RMS position error over whole runs, shape (n,) [rad]
+    whole_tool: float  # RMS distance between the tool points over whole runs [m]
+    traces: tuple[np.ndarray, ...]  # simulated positions of each whole run, (t, n) each [rad]
+    moved: np.ndarray  # RMS motion of the real joints after each horizon, shape (h, n) [rad]
 
     @property
     def telling(self) -> np.ndarray:

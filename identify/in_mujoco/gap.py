@@ -13,7 +13,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from ..diagnosis.candidates import kind_of
-from ..diagnosis.diagnose import diagnosed
+from ..diagnosis.diagnose import diagnose
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
@@ -187,9 +187,7 @@ def _diagnosed(
     fitted = [
         (role, with_servo_torque(compiled, run, joints, delay=servos.delay)) for role, run in recordings
     ]
-    diagnosis = diagnosed(
-        model, fitted, model.robot.name, filtering, progress, as_recorded=as_recorded
-    ).diagnosis
+    diagnosis = diagnose(model, fitted, model.robot.name, filtering, progress, as_recorded)
     return replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions)), fitted
 
 

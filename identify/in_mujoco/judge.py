@@ -27,13 +27,9 @@ class Gain(Enum):
 
 @dataclass(frozen=True)
 class Judge:
-    """Comparison of simulations.
+    """Comparison of simulations."""
 
-    Attributes:
-        by: `TOOL` or `JOINTS`; the joints also judge if the tool point lies on all of their axes.
-    """
-
-    by: str = TOOL
+    by: str = TOOL  # `TOOL` or `JOINTS`; the joints also judge if the tool point lies on all of their axes
 
     def compared(self, first: Distances, second: Distances) -> Gain:
         """Whether the second simulation is nearer to the recordings than the first.

@@ -42,19 +42,13 @@ SAME_GAIN = 1e-6
 
 
 class Stage(NamedTuple):
-    """Something added to what was kept before it.
+    """Something added to what was kept before it."""
 
-    Attributes:
-        name: The finding in words, or the kind of numbers.
-        distances: Distances with it; None if it was not simulated.
-        gain: Whether the simulation is nearer to the recordings with it; None if it was not simulated.
-        reason: Why it is not written; empty if it is.
-    """
-
-    name: str
-    distances: Distances | None
+    name: str  # the finding in words, or the kind of numbers
+    distances: Distances | None  # distances with it; None if it was not simulated
+    # Whether the simulation is nearer to the recordings with it; None if it was not simulated.
     gain: Gain | None = None
-    reason: str = ""
+    reason: str = ""  # why it is not written; empty if it is
 
 
 class Step(NamedTuple):
@@ -69,36 +63,22 @@ class Step(NamedTuple):
 
 @dataclass
 class Ladder:
-    """Sequence of findings, each added to those kept before it.
+    """Sequence of findings, each added to those kept before it."""
 
-    Attributes:
-        trial: The file, and the runs that judge.
-        recordings: Role and recording of each run.
-        filtering: Filters.
-        diagnosis: Diagnosis of the recordings.
-        faults: Findings about the measurement, which every fit includes.
-        judge: What a simulation is judged by.
-        start: Distances of the file as it is, which others have to beat.
-        last: Distances of what is kept.
-        best: What is kept; None if it is the file as it is.
-        findings: Findings that are kept.
-        stages: What was tried.
-        negligible: Findings that vanish in a fit together with the others.
-        fits: Fits that were made, by the identities of the findings that they include.
-    """
-
-    trial: Trial
-    recordings: Sequence[tuple[str, Recording]]
-    filtering: Filtering
-    diagnosis: Diagnosis
-    faults: Sequence[Finding]
-    judge: Judge
-    start: Distances = field(init=False)
-    last: Distances = field(init=False)
-    best: Step | None = None
-    findings: list[Finding] = field(default_factory=list)
-    stages: list[Stage] = field(default_factory=list)
+    trial: Trial  # the file, and the runs that judge
+    recordings: Sequence[tuple[str, Recording]]  # role and recording of each run
+    filtering: Filtering  # filters
+    diagnosis: Diagnosis  # diagnosis of the recordings
+    faults: Sequence[Finding]  # findings about the measurement, which every fit includes
+    judge: Judge  # what a simulation is judged by
+    start: Distances = field(init=False)  # distances of the file as it is, which others have to beat
+    last: Distances = field(init=False)  # distances of what is kept
+    best: Step | None = None  # what is kept; None if it is the file as it is
+    findings: list[Finding] = field(default_factory=list)  # findings that are kept
+    stages: list[Stage] = field(default_factory=list)  # what was tried
+    # Findings that vanish in a fit together with the others.
     negligible: list[Finding] = field(default_factory=list)
+    # Fits that were made, by the identities of the findings that they include.
     fits: dict[tuple[int, ...], tuple[Fit, Standard]] = field(default_factory=dict)
 
     def begin(self, trial: Trial, start: Distances) -> None:

@@ -18,17 +18,11 @@ MARK = 1.2345678e-99
 
 
 class Layout(NamedTuple):
-    """Offsets in the struct of an `MjData` [byte], and sizes of its arrays.
+    """Offsets in the struct of an `MjData` [byte], and sizes of its arrays."""
 
-    Attributes:
-        places: Name -> offset of the pointer to the array.
-        sizes: Name -> number of elements.
-        time: Offset of the time.
-    """
-
-    places: dict[str, int]
-    sizes: dict[str, int]
-    time: int
+    places: dict[str, int]  # name -> offset of the pointer to the array
+    sizes: dict[str, int]  # name -> number of elements
+    time: int  # offset of the time
 
     @classmethod
     def of(cls, data: Any, names: tuple[str, ...]) -> "Layout":

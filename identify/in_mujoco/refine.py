@@ -41,21 +41,13 @@ FIELDS = {"armature": "dof_armature", "damping": "dof_damping", "dry": "dof_fric
 
 @dataclass
 class Refinement:
-    """Joint numbers of a file, fitted to runs in simulation.
+    """Joint numbers of a file, fitted to runs in simulation."""
 
-    Attributes:
-        trial: The file, and the runs to which the numbers are fitted.
-        text: Text of the version of the file that is refined.
-        start: Armature, damping and dry friction with which the fit starts, shape (3, n).
-        std: Standard deviations of the start, shape (3, n); infinite where only the file states it.
-        scale: Size of each number, shape (3, n): a change of this size shows in the simulation.
-    """
-
-    trial: Trial
-    text: bytes
-    start: np.ndarray
-    std: np.ndarray
-    scale: np.ndarray
+    trial: Trial  # the file, and the runs to which the numbers are fitted
+    text: bytes  # text of the version of the file that is refined
+    start: np.ndarray  # armature, damping and dry friction with which the fit starts, shape (3, n)
+    std: np.ndarray  # standard deviations of the start, shape (3, n); infinite where only the file states it
+    scale: np.ndarray  # size of each number, shape (3, n): a change of this size shows in the simulation
 
     def __post_init__(self) -> None:
         self.simulator = self.trial.simulator(self.text)

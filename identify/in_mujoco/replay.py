@@ -26,27 +26,16 @@ POSITION, TORQUE = "position", "torque"
 
 
 class Run(NamedTuple):
-    """A recording, prepared for replay; n joints.
+    """A recording, prepared for replay; n joints."""
 
-    Attributes:
-        name: Name of the recording.
-        time: Time, shape (t,) [s].
-        position: Position, shape (t, n) [rad].
-        velocity: Velocity, shape (t, n) [rad/s].
-        effort: Motor current or joint torque, shape (t, n) [A, N m].
-        current: Whether the effort is current.
-        command: Commanded position, shape (t, n) [rad]; None if it was not recorded.
-        noise: Encoder noise, shape (n,) [rad].
-    """
-
-    name: str
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    effort: np.ndarray
-    current: bool
-    command: np.ndarray | None
-    noise: np.ndarray
+    name: str  # name of the recording
+    time: np.ndarray  # time, shape (t,) [s]
+    position: np.ndarray  # position, shape (t, n) [rad]
+    velocity: np.ndarray  # velocity, shape (t, n) [rad/s]
+    effort: np.ndarray  # motor current or joint torque, shape (t, n) [A, N m]
+    current: bool  # whether the effort is current
+    command: np.ndarray | None  # commanded position, shape (t, n) [rad]; None if it was not recorded
+    noise: np.ndarray  # encoder noise, shape (n,) [rad]
 
     @classmethod
     def of(cls, recording: Recording, filtering: Filtering) -> "Run":

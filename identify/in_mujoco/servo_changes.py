@@ -30,21 +30,13 @@ UNIFORM = 1.0 / np.sqrt(12.0)
 
 @dataclass(frozen=True)
 class ServoChange:
-    """A number of a servo that differs from the file's.
+    """A number of a servo that differs from the file's."""
 
-    Attributes:
-        joint: Index of the joint, from 0.
-        quantity: "kp", "kv", "forcerange" or "delay".
-        old: Number of the file, at the joint; infinite for a servo without a limit.
-        new: Identified number.
-        half: Half of its 95 % interval.
-    """
-
-    joint: int
-    quantity: str
-    old: float
-    new: float
-    half: float
+    joint: int  # index of the joint, from 0
+    quantity: str  # "kp", "kv", "forcerange" or "delay"
+    old: float  # number of the file, at the joint; infinite for a servo without a limit
+    new: float  # identified number
+    half: float  # half of its 95 % interval
 
 
 def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:

@@ -39,23 +39,15 @@ LEAST = 0.1
 
 @dataclass(frozen=True, eq=False)
 class ServoStage:
-    """The file with the identified servos.
+    """The file with the identified servos."""
 
-    Attributes:
-        source: The file; the original one if its servos agree with the runs.
-        changes: Changed numbers of its servos.
-        delay: Delay of the commands of each joint in the runs, shape (n,) [s].
-        held: Whether commands are held from sample to sample in a simulation of the runs.
-        gain: Whether the simulation of the held-out runs is nearer to them; None if nothing differs.
-        reason: Why the changes are not written; empty if they are.
-    """
-
-    source: Source
-    changes: tuple[ServoChange, ...]
-    delay: np.ndarray
-    held: bool
+    source: Source  # the file; the original one if its servos agree with the runs
+    changes: tuple[ServoChange, ...]  # changed numbers of its servos
+    delay: np.ndarray  # delay of the commands of each joint in the runs, shape (n,) [s]
+    held: bool  # whether commands are held from sample to sample in a simulation of the runs
+    # Whether the simulation of the held-out runs is nearer to them; None if nothing differs.
     gain: Gain | None = None
-    reason: str = ""
+    reason: str = ""  # why the changes are not written; empty if they are
 
 
 def unchanged(source: Source, model: Model) -> ServoStage:

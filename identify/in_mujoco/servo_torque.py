@@ -82,7 +82,7 @@ def _clipped(
             yield (
                 f"torque: the servo of {joint} is at its limit (forcerange {limit:g}) in {clipped} of "
                 f"{len(column)} samples: with kp = {kp:g} in the file, it is reached "
-                f"{limit / kp / gear:.2g} rad from the command. If kp is wrong, exidyn init LOG --mjcf FILE "
+                f"{limit / kp / gear:.2g} rad from the command. If kp is wrong, exidyn init LOG --robot FILE "
                 "estimates it"
             )
 

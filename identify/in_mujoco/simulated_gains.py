@@ -79,19 +79,12 @@ def with_simulated_delay(fit: ServoFit, training: Trial, law: ServoLaw) -> Servo
 
 @dataclass
 class _Search:
-    """Search for gains, armature, damping and dry friction of some joints, and for their delay.
+    """Search for gains, armature, damping and dry friction of some joints, and for their delay."""
 
-    Attributes:
-        trial: The file, and the runs to which the numbers are fitted.
-        file: Servos of the file.
-        fit: Servos by regression.
-        joints: Indices of the joints whose numbers are searched for, shape (u,).
-    """
-
-    trial: Trial
-    file: ServoLaw
-    fit: ServoFit
-    joints: np.ndarray
+    trial: Trial  # the file, and the runs to which the numbers are fitted
+    file: ServoLaw  # servos of the file
+    fit: ServoFit  # servos by regression
+    joints: np.ndarray  # indices of the joints whose numbers are searched for, shape (u,)
 
     def __post_init__(self) -> None:
         source, names = self.trial.source, self.trial.model.robot.joints

@@ -45,15 +45,10 @@ def with_simulated_limits(fit: ServoFit, training: Trial, file: ServoLaw) -> Ser
 
 @dataclass
 class _Search:
-    """Search for the limit of one joint after the other.
+    """Search for the limit of one joint after the other."""
 
-    Attributes:
-        trial: The file, and the runs to which limits are fitted.
-        law: Law of the servos, with the limits of the file.
-    """
-
-    trial: Trial
-    law: ServoLaw
+    trial: Trial  # the file, and the runs to which limits are fitted
+    law: ServoLaw  # law of the servos, with the limits of the file
 
     def __post_init__(self) -> None:
         self.simulator = self.trial.simulator(self.trial.source.text)

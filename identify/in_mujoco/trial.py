@@ -25,21 +25,13 @@ class Source(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """Runs, and how a version of a file is simulated with their commands.
+    """Runs, and how a version of a file is simulated with their commands."""
 
-    Attributes:
-        source: The file.
-        model: The arm that it describes, with the drive gains of the recordings.
-        runs: Runs that are simulated.
-        commands: What is commanded, "position" or "torque".
-        held: Whether commands are held from sample to sample; otherwise they are interpolated.
-    """
-
-    source: Source
-    model: Model
-    runs: Sequence[Run]
-    commands: str
-    held: bool = False
+    source: Source  # the file
+    model: Model  # the arm that it describes, with the drive gains of the recordings
+    runs: Sequence[Run]  # runs that are simulated
+    commands: str  # what is commanded, "position" or "torque"
+    held: bool = False  # whether commands are held from sample to sample; otherwise they are interpolated
 
     @cached_property
     def weight(self) -> np.ndarray:

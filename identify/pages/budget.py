@@ -40,21 +40,13 @@ LEGIBLE = 0.045
 
 
 class Part(NamedTuple):
-    """A share of the squared residual in plot and table.
+    """A share of the squared residual in plot and table."""
 
-    Attributes:
-        name: Finding with its joints, quantity on which the part depends, or sensor noise.
-        effect: Name of the effect; empty if the part is not a finding.
-        joints: Joints of the finding, from 0.
-        is_finding: Whether a finding explains it.
-        shares: Share of the squared residual of each joint, shape (n,) [-].
-    """
-
-    name: str
-    effect: str
-    joints: tuple[int, ...]
-    is_finding: bool
-    shares: np.ndarray
+    name: str  # finding with its joints, quantity on which the part depends, or sensor noise
+    effect: str  # name of the effect; empty if the part is not a finding
+    joints: tuple[int, ...]  # joints of the finding, from 0
+    is_finding: bool  # whether a finding explains it
+    shares: np.ndarray  # share of the squared residual of each joint, shape (n,) [-]
 
 
 def budget_section(shown: Shown) -> Section:

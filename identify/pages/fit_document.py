@@ -1,7 +1,6 @@
 """Content of a fit page: verdict, gains, parameters, runs, friction, conditioning, structure, data."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -74,11 +73,6 @@ def summary(fit: Fit) -> str:
 def report_html(fit: Fit) -> str:
     """The document as one self-contained HTML page."""
     return html(fit_document(fit))
-
-
-def write_report(fit: Fit, path: Path) -> None:
-    """Write the HTML page."""
-    Path(path).write_text(report_html(fit), encoding="utf-8")
 
 
 def fit_sections(fit: Fit) -> list[Section]:

@@ -38,17 +38,11 @@ MILLI = {"rad": "mrad", "m": "mm"}
 
 
 class Written(NamedTuple):
-    """Paths of the files that were written; empty if a file was not.
+    """Paths of the files that were written; empty if a file was not."""
 
-    Attributes:
-        file: The best file by itself.
-        attached: The file whose effects are attached.
-        effects: Robot file with these effects.
-    """
-
-    file: str = ""
-    attached: str = ""
-    effects: str = ""
+    file: str = ""  # the best file by itself
+    attached: str = ""  # the file whose effects are attached
+    effects: str = ""  # robot file with these effects
 
 
 NOTHING = Written()
@@ -93,19 +87,12 @@ def gap_html(gap: Gap, written: Written = NOTHING) -> str:
 
 
 class Compared(NamedTuple):
-    """The quantity that summarizes the gap: the tool point or one joint.
+    """The quantity that summarizes the gap: the tool point or one joint."""
 
-    Attributes:
-        name: Name within a sentence.
-        short: Name in the header of a table.
-        unit: "mm" or "mrad".
-        joint: Index of the joint, from 0; None for the tool point.
-    """
-
-    name: str
-    short: str
-    unit: str
-    joint: int | None
+    name: str  # name within a sentence
+    short: str  # name in the header of a table
+    unit: str  # "mm" or "mrad"
+    joint: int | None  # index of the joint, from 0; None for the tool point
 
     @classmethod
     def of(cls, gap: Gap) -> "Compared":

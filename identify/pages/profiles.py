@@ -18,17 +18,11 @@ USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
 
 
 class Profile(NamedTuple):
-    """Means of a residual in bins.
+    """Means of a residual in bins."""
 
-    Attributes:
-        x: Middle of each bin, shape (b,).
-        mean: Mean residual in each bin, shape (b,) [N m].
-        dots: Value on the axis and residual of every row, shape (r, 2).
-    """
-
-    x: np.ndarray
-    mean: np.ndarray
-    dots: np.ndarray
+    x: np.ndarray  # middle of each bin, shape (b,)
+    mean: np.ndarray  # mean residual in each bin, shape (b,) [N m]
+    dots: np.ndarray  # value on the axis and residual of every row, shape (r, 2)
 
 
 def profile(traces: Sequence[Trace], joint: int, axis: Axis, residuals: str) -> Profile:

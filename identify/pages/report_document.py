@@ -35,42 +35,25 @@ from .shown import Shown
 
 
 class Fitted(NamedTuple):
-    """A fit with its title on the page.
+    """A fit with its title on the page."""
 
-    Attributes:
-        title: Title, as plain text.
-        fit: The fit, with its predictions of the runs if these were given.
-        nominal: The same model with nominal values; None if they are unknown.
-        improved: Whether the model contains the findings of a diagnosis.
-    """
-
-    title: str
-    fit: Fit
-    nominal: Fit | None = None
-    improved: bool = False
+    title: str  # title, as plain text
+    fit: Fit  # the fit, with its predictions of the runs if these were given
+    nominal: Fit | None = None  # the same model with nominal values; None if they are unknown
+    improved: bool = False  # whether the model contains the findings of a diagnosis
 
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """All results of a report.
+    """All results of a report."""
 
-    Attributes:
-        joints: Names of the joints, which all results share.
-        model: The nominal robot; None if unknown.
-        runs: Recorded runs.
-        fits: Fits in the order in which they were given, improved ones last.
-        diagnosis: The diagnosis; None without one.
-        comparisons: Comparisons of simulations with recordings.
-        files: Content of each file that was read, in words, such as "fit.json" -> "a fit".
-    """
-
-    joints: tuple[str, ...]
-    model: Model | None
-    runs: tuple[Run, ...]
-    fits: tuple[Fitted, ...]
-    diagnosis: Shown | None
-    comparisons: tuple[Comparison, ...]
-    files: Mapping[str, str]
+    joints: tuple[str, ...]  # names of the joints, which all results share
+    model: Model | None  # the nominal robot; None if unknown
+    runs: tuple[Run, ...]  # recorded runs
+    fits: tuple[Fitted, ...]  # fits in the order in which they were given, improved ones last
+    diagnosis: Shown | None  # the diagnosis; None without one
+    comparisons: tuple[Comparison, ...]  # comparisons of simulations with recordings
+    files: Mapping[str, str]  # content of each file that was read, in words, such as "fit.json" -> "a fit"
 
 
 def joined_html(material: Material) -> str:

@@ -22,31 +22,18 @@ COLUMNS = 160
 
 
 class Run(NamedTuple):
-    """The parts of a recorded run that a report shows.
+    """The parts of a recorded run that a report shows."""
 
-    Attributes:
-        name: Name of the run.
-        role: Purpose of the run, in words; empty if unknown.
-        payload: Payload on the flange, in words; empty if unknown.
-        rate: Sampling rate [Hz].
-        time: Time of the positions, shape (t,) [s].
-        position: Joint positions, shape (t, n) [rad].
-        effort_time: Time of the currents or torques, shape (s,) [s].
-        effort: Motor currents or joint torques, shape (s, n) [A] or [N m].
-        quantity: "current" or "torque".
-        warnings: Warnings about the recording, in sentences.
-    """
-
-    name: str
-    role: str
-    payload: str
-    rate: float
-    time: np.ndarray
-    position: np.ndarray
-    effort_time: np.ndarray
-    effort: np.ndarray
-    quantity: str
-    warnings: tuple[str, ...] = ()
+    name: str  # name of the run
+    role: str  # purpose of the run, in words; empty if unknown
+    payload: str  # payload on the flange, in words; empty if unknown
+    rate: float  # sampling rate [Hz]
+    time: np.ndarray  # time of the positions, shape (t,) [s]
+    position: np.ndarray  # joint positions, shape (t, n) [rad]
+    effort_time: np.ndarray  # time of the currents or torques, shape (s,) [s]
+    effort: np.ndarray  # motor currents or joint torques, shape (s, n) [A] or [N m]
+    quantity: str  # "current" or "torque"
+    warnings: tuple[str, ...] = ()  # warnings about the recording, in sentences
 
 
 def runs_sections(runs: Sequence[Run], joints: Sequence[str], model: Model | None) -> list[Section]:

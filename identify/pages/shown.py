@@ -16,21 +16,14 @@ from ..model import Model
 
 
 class Shown(NamedTuple):
-    """A diagnosis, with its samples if they were kept.
+    """A diagnosis, with its samples if they were kept."""
 
-    Attributes:
-        diagnosis: The diagnosis; its samples are in `traces`.
-        traces: Samples of runs, held-out runs first; empty if they were not kept.
-        forward: Samples of the simulated run; None if nothing was simulated or they were not kept.
-        folder: Folder with the models of findings and rivals; empty if they were not written.
-        model: Nominal model; None without samples.
-    """
-
-    diagnosis: Diagnosis
-    traces: tuple[Trace, ...] = ()
+    diagnosis: Diagnosis  # the diagnosis; its samples are in `traces`
+    traces: tuple[Trace, ...] = ()  # samples of runs, held-out runs first; empty if they were not kept
+    # Samples of the simulated run; None if nothing was simulated or they were not kept.
     forward: Forward | None = None
-    folder: str = ""
-    model: Model | None = None
+    folder: str = ""  # folder with the models of findings and rivals; empty if they were not written
+    model: Model | None = None  # nominal model; None without samples
 
     @classmethod
     def of(cls, diagnosis: Diagnosis, folder: str = "", forward: Forward | None = None) -> "Shown":

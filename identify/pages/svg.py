@@ -91,11 +91,9 @@ class Panel:
     height: float
 
     @classmethod
-    def single(
-        cls, x: Span, y: Span, width: float = 400.0, height: float = 190.0, top: float = TOP
-    ) -> "Panel":
+    def single(cls, x: Span, y: Span, width: float = 400.0, top: float = TOP) -> "Panel":
         """The panel of a plot that has no other, see `plot`."""
-        return cls(x, y, LEFT, top, width, height)
+        return cls(x, y, LEFT, top, width, 190.0)
 
     def plot(
         self, title: str, labels: tuple[str, str], keys: Sequence[tuple[str, str]], *marks: str

@@ -15,17 +15,12 @@ ROWS, COLUMNS = np.triu_indices(3)
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A rigid body.
+    """A rigid body."""
 
-    Attributes:
-        mass: Mass [kg].
-        center: Center of mass in the flange frame, shape (3,) [m].
-        inertia: Inertia about the center of mass, along the flange axes, shape (3, 3) [kg m^2]. Off-diagonal
-            elements are minus the integral of x y, as in URDF, MJCF and Pinocchio.
-    """
-
-    mass: float
-    center: np.ndarray
+    mass: float  # mass [kg]
+    center: np.ndarray  # center of mass in the flange frame, shape (3,) [m]
+    # Inertia about the center of mass, along the flange axes, shape (3, 3) [kg m^2]. Off-diagonal elements
+    # are minus the integral of x y, as in URDF, MJCF and Pinocchio.
     inertia: np.ndarray
 
     @classmethod

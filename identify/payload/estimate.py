@@ -33,27 +33,16 @@ FEWEST = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Unknowns after the runs.
+    """Unknowns after the runs."""
 
-    Attributes:
-        rows: Equations of the runs.
-        values: Arm, payload, changes, relative gain errors, shape (k,).
-        covariance: Covariance of the values, shape (k, k).
-        certain: Covariance of the payload if arm and gains were known exactly, shape (10, 10).
-        residual: Measured minus predicted torque, shape (r, n) [N m].
-        jacobian: Derivative of the predicted torque by the values, shape (r, n, k).
-        noise: Standard deviation of each joint's noise, shape (n,) [N m].
-        slow: Noise amplitude near zero frequency over that of white noise, shape (n,) [-].
-    """
-
-    rows: Rows
-    values: np.ndarray
-    covariance: np.ndarray
-    certain: np.ndarray
-    residual: np.ndarray
-    jacobian: np.ndarray
-    noise: np.ndarray
-    slow: np.ndarray
+    rows: Rows  # equations of the runs
+    values: np.ndarray  # arm, payload, changes, relative gain errors, shape (k,)
+    covariance: np.ndarray  # covariance of the values, shape (k, k)
+    certain: np.ndarray  # covariance of the payload if arm and gains were known exactly, shape (10, 10)
+    residual: np.ndarray  # measured minus predicted torque, shape (r, n) [N m]
+    jacobian: np.ndarray  # derivative of the predicted torque by the values, shape (r, n, k)
+    noise: np.ndarray  # standard deviation of each joint's noise, shape (n,) [N m]
+    slow: np.ndarray  # noise amplitude near zero frequency over that of white noise, shape (n,) [-]
 
     @property
     def payload(self) -> np.ndarray:

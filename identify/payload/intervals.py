@@ -26,19 +26,12 @@ WIDE = 1e4
 
 
 class Interval(NamedTuple):
-    """A value with its 95 % interval; ends are infinite if the runs do not bound it.
+    """A value with its 95 % interval; ends are infinite if the runs do not bound it."""
 
-    Attributes:
-        value: Physically consistent value.
-        low: Lower end.
-        high: Upper end.
-        unit: SI unit.
-    """
-
-    value: float
-    low: float
-    high: float
-    unit: str
+    value: float  # physically consistent value
+    low: float  # lower end
+    high: float  # upper end
+    unit: str  # SI unit
 
     @property
     def half(self) -> float:
@@ -51,17 +44,11 @@ class Interval(NamedTuple):
 
 
 class Intervals(NamedTuple):
-    """Intervals of a body.
+    """Intervals of a body."""
 
-    Attributes:
-        mass: Mass.
-        center: x, y, z of the center of mass in the flange frame.
-        inertia: xx, xy, xz, yy, yz, zz about the center of mass along the flange axes.
-    """
-
-    mass: Interval
-    center: tuple[Interval, ...]
-    inertia: tuple[Interval, ...]
+    mass: Interval  # mass
+    center: tuple[Interval, ...]  # x, y, z of the center of mass in the flange frame
+    inertia: tuple[Interval, ...]  # xx, xy, xz, yy, yz, zz about the center of mass along the flange axes
 
 
 def consistent_body(estimate: np.ndarray, covariance: np.ndarray) -> np.ndarray:

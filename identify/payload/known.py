@@ -48,17 +48,11 @@ high, all six. Errors that were independent would average out in the mass."""
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """Prior of all unknowns: mean, and a root of the covariance.
+    """Prior of all unknowns: mean, and a root of the covariance."""
 
-    Attributes:
-        mean: Base parameters of the arm, payload, changes, relative errors of the gains, shape (k,).
-        root: Matrix R with covariance R R^T, shape (k, k).
-        counted: Indices of base parameters with a prior that does not depend on the gains.
-    """
-
-    mean: np.ndarray
-    root: np.ndarray
-    counted: np.ndarray
+    mean: np.ndarray  # base parameters of the arm, payload, changes, relative errors of the gains, shape (k,)
+    root: np.ndarray  # matrix R with covariance R R^T, shape (k, k)
+    counted: np.ndarray  # indices of base parameters with a prior that does not depend on the gains
 
 
 def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
@@ -155,15 +149,10 @@ def alike(deviation: np.ndarray) -> np.ndarray:
 
 
 class StatedCenter(NamedTuple):
-    """A center of mass that is known, and a guess of the mass.
+    """A center of mass that is known, and a guess of the mass."""
 
-    Attributes:
-        center: Center of mass in the flange frame, shape (3,) [m].
-        mass: Mass by which an error of the center is multiplied [kg].
-    """
-
-    center: np.ndarray
-    mass: float
+    center: np.ndarray  # center of mass in the flange frame, shape (3,) [m]
+    mass: float  # mass by which an error of the center is multiplied [kg]
 
 
 def complete(

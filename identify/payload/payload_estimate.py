@@ -8,6 +8,7 @@ from ..errors import UnknownKey
 from ..notebook import InNotebook
 from ..text_table import digits
 from .body import Body
+from .formats import FORMATS
 from .intervals import Interval, Intervals
 from .pose_check import Check
 
@@ -107,8 +108,6 @@ class PayloadEstimate(InNotebook):
         Raises:
             UnknownKey: There is no such format; the message lists the valid ones.
         """
-        from .formats import FORMATS
-
         if format not in FORMATS:
             raise UnknownKey(format, "payload: format", tuple(FORMATS))
         return FORMATS[format](self.body)

@@ -27,20 +27,14 @@ CHANCE = 0.01
 
 
 class PoseCheck(NamedTuple):
-    """Mean torque in one window that was not used.
+    """Mean torque in one window that was not used."""
 
-    Attributes:
-        position: Mean joint positions, shape (n,) [rad].
-        measured: Measured torque beyond that of the arm, that is, of the payload, shape (n,) [N m]; NaN if a
-            joint hardly moves there.
-        predicted: Predicted torque of the payload, shape (n,) [N m].
-        std: Standard deviation of the difference, shape (n,) [N m].
-    """
-
-    position: np.ndarray
+    position: np.ndarray  # mean joint positions, shape (n,) [rad]
+    # Measured torque beyond that of the arm, that is, of the payload, shape (n,) [N m]; NaN if a joint hardly
+    # moves there.
     measured: np.ndarray
-    predicted: np.ndarray
-    std: np.ndarray
+    predicted: np.ndarray  # predicted torque of the payload, shape (n,) [N m]
+    std: np.ndarray  # standard deviation of the difference, shape (n,) [N m]
 
     @property
     def difference(self) -> np.ndarray:
@@ -50,17 +44,11 @@ class PoseCheck(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """Result of the check.
+    """Result of the check."""
 
-    Attributes:
-        poses: Poses that were not used; empty if the run is too short.
-        passed: Whether all differences are within what noise and uncertainty allow.
-        limit: Largest allowed difference in standard deviations.
-    """
-
-    poses: tuple[PoseCheck, ...]
-    passed: bool
-    limit: float
+    poses: tuple[PoseCheck, ...]  # poses that were not used; empty if the run is too short
+    passed: bool  # whether all differences are within what noise and uncertainty allow
+    limit: float  # largest allowed difference in standard deviations
 
     @property
     def worst(self) -> float:

@@ -55,18 +55,13 @@ class Rows:
         return np.concatenate([regressor, changes], axis=2)
 
 
-def has_gear_friction(model: Model) -> bool:
-    """Whether the model has friction that grows with the transmitted torque."""
-    return any(isinstance(effect, LoadDependentFriction) for effect in model.effects)
-
-
 def with_tool(model: Model) -> Model:
     """The model with an unknown payload, and with friction that grows with the load if it has none.
 
     A payload loads the gears, which then have more friction. Without that friction in the model, it would
     appear as mass.
     """
-    if not has_gear_friction(model):
+    if not any(isinstance(effect, LoadDependentFriction) for effect in model.effects):
         friction = LoadDependentFriction(reversal=REVERSAL)
         stated = {p.name: Prior(0.0, GEAR_FRICTION) for p in friction.parameters(model.robot)}
         model = replace(model + friction, stated={**stated, **model.stated})

@@ -26,19 +26,13 @@ from .intervals import consistent_body, intervals
 from .known import BARE, Known, StatedCenter, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
-from .rows import TOOL, Rows, arm_base, has_gear_friction, rows_of, with_columns, with_tool
+from .rows import TOOL, Rows, arm_base, rows_of, with_columns, with_tool
 
 Progress = Callable[[str], None]
 PASSES = 5
 """Largest number of times that the equations are formed: from the second on, gears carry the payload too."""
 SETTLED = 0.02
 """Relative change of the mass after which they are not formed again: friction under load is a tenth of it."""
-TOO_NARROW = (
-    "The 95 % intervals are too narrow: the fit is of an older version of exidyn, which does not state the "
-    "bias from friction under load; in simulation, 88 to 91 % of the values were inside. Identify the arm "
-    "again"
-)
-"""Warning for files without `gear_friction_bias`."""
 
 
 def weigh(
@@ -97,8 +91,6 @@ def _weigh(
         for k, run in enumerate(recordings)
     ]
     warnings: list[str] = []
-    if fit is not None and fit.gear_friction_bias is None and not has_gear_friction(fit.model):
-        warnings.append(TOO_NARROW)
     if not as_recorded:
         progress(StageText("units", "compare units, signs and order of joints with the robot description"))
         warnings += doubts(recordings, tooled)

@@ -66,36 +66,24 @@ def joint_columns(motion: Motion, joint: int) -> np.ndarray:
 
 
 class Block(NamedTuple):
-    """One block of samples, with the normal equations of all other blocks for each joint.
+    """One block of samples, with the normal equations of all other blocks for each joint."""
 
-    Attributes:
-        rows: Samples of the block.
-        schur: Products of the bodies' columns after elimination of the joint's terms, shape (n, p, p).
-        across: Joint terms per unit of each body's column, shape (n, q, p).
-        inverse: Inverse of the regularized products of the joint's terms, shape (n, q, q).
-        size: Sum of squares of each body's column, shape (n, p).
-    """
-
-    rows: np.ndarray
+    rows: np.ndarray  # samples of the block
+    # Products of the bodies' columns after elimination of the joint's terms, shape (n, p, p).
     schur: np.ndarray
-    across: np.ndarray
-    inverse: np.ndarray
-    size: np.ndarray
+    across: np.ndarray  # joint terms per unit of each body's column, shape (n, q, p)
+    inverse: np.ndarray  # inverse of the regularized products of the joint's terms, shape (n, q, q)
+    size: np.ndarray  # sum of squares of each body's column, shape (n, p)
 
 
 @dataclass(frozen=True)
 class BlockPrediction:
-    """Columns of a motion for the prediction of efforts.
+    """Columns of a motion for the prediction of efforts."""
 
-    Attributes:
-        bodies: Torque per unit of each body's parameter, zero where a joint may stick, shape (n, t, p).
-        terms: Terms of each joint alone, normalized to root mean square 1, shape (n, t, q).
-        sliding: 1 where a joint slides, else 0, shape (t, n).
-    """
-
+    # Torque per unit of each body's parameter, zero where a joint may stick, shape (n, t, p).
     bodies: np.ndarray
-    terms: np.ndarray
-    sliding: np.ndarray
+    terms: np.ndarray  # terms of each joint alone, normalized to root mean square 1, shape (n, t, q)
+    sliding: np.ndarray  # 1 where a joint slides, else 0, shape (t, n)
 
     @classmethod
     def of(cls, columns: np.ndarray, log: Sampled) -> "BlockPrediction":

@@ -22,23 +22,14 @@ UNITS: dict[str, frozenset[str]] = {
 
 
 class Family(NamedTuple):
-    """Columns whose names differ only in the joint.
+    """Columns whose names differ only in the joint."""
 
-    Attributes:
-        pattern: Common name, with {number} or {joint} as placeholder.
-        places: Indices of the columns, one per joint in the robot's order.
-        names: Names of the columns.
-        by_name: Whether joint names distinguish the columns; otherwise numbers do.
-        signal: Signal that the words mean; "" if unknown, "other" for a signal that is not read.
-        unit: Key of `UNITS` that the name states, or "".
-    """
-
-    pattern: str
-    places: tuple[int, ...]
-    names: tuple[str, ...]
-    by_name: bool
-    signal: str
-    unit: str
+    pattern: str  # common name, with {number} or {joint} as placeholder
+    places: tuple[int, ...]  # indices of the columns, one per joint in the robot's order
+    names: tuple[str, ...]  # names of the columns
+    by_name: bool  # whether joint names distinguish the columns; otherwise numbers do
+    signal: str  # signal that the words mean; "" if unknown, "other" for a signal that is not read
+    unit: str  # key of `UNITS` that the name states, or ""
 
 
 def words_of(name: str) -> list[str]:

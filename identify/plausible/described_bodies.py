@@ -64,19 +64,12 @@ def tool(robot: Robot) -> np.ndarray:
 
 
 class Masses(NamedTuple):
-    """A quality level of the masses in descriptions.
+    """A quality level of the masses in descriptions."""
 
-    Attributes:
-        probability: Probability that a description with different masses has this quality.
-        errors: Standard deviation of the mass errors in units of `DRAWN`.
-        described: Whether the masses are informative about the torque.
-        spread: Standard deviation of the logarithm of a stated gain, including a tool and a common error of
-            all masses.
-    """
-
-    probability: float
-    errors: float
-    described: bool
+    probability: float  # probability that a description with different masses has this quality
+    errors: float  # standard deviation of the mass errors in units of `DRAWN`
+    described: bool  # whether the masses are informative about the torque
+    # Standard deviation of the logarithm of a stated gain, including a tool and a common error of all masses.
     spread: float
 
 
@@ -90,16 +83,11 @@ ANY = KINDS[-1]
 
 
 class Stated(NamedTuple):
-    """Torque that a description states in addition to its bodies, such as that of a spring balancer.
+    """Torque that a description states in addition to its bodies, such as that of a spring balancer."""
 
-    Attributes:
-        columns: Torque per unit of each parameter, shape (t, n, p) [N m / unit].
-        torque: Torque at the stated values, shape (t, n) [N m].
-        errors: Torque per standard deviation of each parameter, shape (t, n, p) [N m]; 0 if none is stated.
-    """
-
-    columns: np.ndarray
-    torque: np.ndarray
+    columns: np.ndarray  # torque per unit of each parameter, shape (t, n, p) [N m / unit]
+    torque: np.ndarray  # torque at the stated values, shape (t, n) [N m]
+    # Torque per standard deviation of each parameter, shape (t, n, p) [N m]; 0 if none is stated.
     errors: np.ndarray
 
     @classmethod

@@ -31,19 +31,12 @@ GAINS = np.linspace(-3.0, 3.0, 13)
 
 @dataclass(frozen=True)
 class Evidence:
-    """Log-likelihood of each joint's effort under one hypothesis.
+    """Log-likelihood of each joint's effort under one hypothesis."""
 
-    Attributes:
-        by_bodies: Log-likelihood with bodies of any mass, shape (n,).
-        by_masses: Log-likelihood that the described masses add, for each of `KINDS`, shape (k, n).
-        pieces: Number of independent pieces of each effort, shape (n,).
-        drawn: Whether the description has real masses rather than the same number for all.
-    """
-
-    by_bodies: np.ndarray
-    by_masses: np.ndarray
-    pieces: np.ndarray
-    drawn: bool
+    by_bodies: np.ndarray  # log-likelihood with bodies of any mass, shape (n,)
+    by_masses: np.ndarray  # log-likelihood that the described masses add, for each of `KINDS`, shape (k, n)
+    pieces: np.ndarray  # number of independent pieces of each effort, shape (n,)
+    drawn: bool  # whether the description has real masses rather than the same number for all
 
     @property
     def log_likelihood(self) -> float:
@@ -93,17 +86,11 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Reading:
-    """A log as interpreted by one hypothesis.
+    """A log as interpreted by one hypothesis."""
 
-    Attributes:
-        model: Model of the arm.
-        log: Positions in SI units; efforts as torques from the stated gains, or in an unstated unit.
-        stated: Whether the efforts are torques.
-    """
-
-    model: Model
-    log: Sampled
-    stated: bool
+    model: Model  # model of the arm
+    log: Sampled  # positions in SI units; efforts as torques from the stated gains, or in an unstated unit
+    stated: bool  # whether the efforts are torques
 
     @cached_property
     def _rigid(self) -> np.ndarray:

@@ -37,21 +37,13 @@ HELD_BACK = 1e-7
 
 
 class FlangeBody(NamedTuple):
-    """A body on the flange.
+    """A body on the flange."""
 
-    Attributes:
-        gain: Increase in log-likelihood of the run compared with no payload.
-        mass: Mass [kg].
-        mass_std: Standard deviation of the mass [kg].
-        center: Center of mass in the flange frame, shape (3,) [m].
-        center_std: Standard deviation of the center of mass, shape (3,) [m].
-    """
-
-    gain: float
-    mass: float
-    mass_std: float
-    center: np.ndarray
-    center_std: np.ndarray
+    gain: float  # increase in log-likelihood of the run compared with no payload
+    mass: float  # mass [kg]
+    mass_std: float  # standard deviation of the mass [kg]
+    center: np.ndarray  # center of mass in the flange frame, shape (3,) [m]
+    center_std: np.ndarray  # standard deviation of the center of mass, shape (3,) [m]
 
 
 def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBody:

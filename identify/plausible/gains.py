@@ -31,21 +31,13 @@ BACKWARD = 0.02
 
 
 class Gain(NamedTuple):
-    """Estimate of one drive gain from a log.
+    """Estimate of one drive gain from a log."""
 
-    Attributes:
-        value: Torque per unit of effort, with its sign; NaN if the log does not determine it.
-        relative: Standard deviation of its logarithm [-].
-        positive: Probability that the effort has the sign of the joint torque.
-        torque: Log odds that the effort is the joint torque [N m], over any other unit and sign.
-        against: Log odds that the effort is the joint torque with the opposite sign.
-    """
-
-    value: float = np.nan
-    relative: float = np.inf
-    positive: float = 0.5
-    torque: float = 0.0
-    against: float = 0.0
+    value: float = np.nan  # torque per unit of effort, with its sign; NaN if the log does not determine it
+    relative: float = np.inf  # standard deviation of its logarithm [-]
+    positive: float = 0.5  # probability that the effort has the sign of the joint torque
+    torque: float = 0.0  # log odds that the effort is the joint torque [N m], over any other unit and sign
+    against: float = 0.0  # log odds that the effort is the joint torque with the opposite sign
 
     @property
     def known(self) -> bool:

@@ -29,21 +29,14 @@ SHARE_NOISE = 0.02
 
 
 class LogColumns(NamedTuple):
-    """A log with the column names that a proposal uses.
+    """A log with the column names that a proposal uses."""
 
-    Attributes:
-        names: Names of the c columns.
-        values: Values of the columns, shape (t, c); torques and currents in a stated unit are in N m and A.
-        original: Name of a column -> its name in the file.
-        torque_factor: Name of a torque column -> N m per unit of the file.
-        notes: Sentences on decisions that were made.
-    """
-
-    names: list[str]
+    names: list[str]  # names of the c columns
+    # Values of the columns, shape (t, c); torques and currents in a stated unit are in N m and A.
     values: np.ndarray
-    original: Mapping[str, str]
-    torque_factor: Mapping[str, float]
-    notes: tuple[str, ...] = ()
+    original: Mapping[str, str]  # name of a column -> its name in the file
+    torque_factor: Mapping[str, float]  # name of a torque column -> N m per unit of the file
+    notes: tuple[str, ...] = ()  # sentences on decisions that were made
 
     def restored(self, proposal: Proposal) -> Proposal:
         """Proposal with the names of the file, and gains per unit that the import uses."""

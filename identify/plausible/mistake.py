@@ -90,25 +90,17 @@ Case = tuple[str, Change, tuple[int, ...]]
 
 @dataclass(frozen=True)
 class LogFacts:
-    """Facts about one log.
+    """Facts about one log."""
 
-    Attributes:
-        robot: Described arm.
-        log: Log without a correction.
-        ratio: Gain of each drive, from masses and friction, over the stated gain, shape (n,); NaN if either
-            is unknown.
-        constants: Drive gains of the description, shape (n,) [N m per unit].
-        torques: Whether the log has torques rather than currents.
-        servo: Whether the efforts are errors of position servos.
-        steps: Encoder resolution of each joint in the unit of the log, shape (n,); NaN if none is visible.
-    """
-
-    robot: Robot
-    log: Sampled
+    robot: Robot  # described arm
+    log: Sampled  # log without a correction
+    # Gain of each drive, from masses and friction, over the stated gain, shape (n,); NaN if either is
+    # unknown.
     ratio: np.ndarray
-    constants: np.ndarray
-    torques: bool
-    servo: bool = False
+    constants: np.ndarray  # drive gains of the description, shape (n,) [N m per unit]
+    torques: bool  # whether the log has torques rather than currents
+    servo: bool = False  # whether the efforts are errors of position servos
+    # Encoder resolution of each joint in the unit of the log, shape (n,); NaN if none is visible.
     steps: np.ndarray | None = None
 
     @property
@@ -148,20 +140,13 @@ class LogFacts:
 
 @dataclass(frozen=True)
 class Mistake:
-    """A kind of mistake.
+    """A kind of mistake."""
 
-    Attributes:
-        name: Identifier.
-        prior: Probability that a log has the mistake.
-        cure: Instruction for its correction.
-        cases: Function that yields the cases of the mistake for a log.
-        of_sign: Whether signs show it; sizes depend on the described masses, which may not be measured.
-        always: Whether it is tested even if bodies explain the log, because bodies of any mass can hide it.
-    """
-
-    name: str
-    prior: float
-    cure: str
-    cases: Callable[[LogFacts], Iterator[Case]]
+    name: str  # identifier
+    prior: float  # probability that a log has the mistake
+    cure: str  # instruction for its correction
+    cases: Callable[[LogFacts], Iterator[Case]]  # function that yields the cases of the mistake for a log
+    # Whether signs show it; sizes depend on the described masses, which may not be measured.
     of_sign: bool = False
+    # Whether it is tested even if bodies explain the log, because bodies of any mass can hide it.
     always: bool = False

@@ -75,5 +75,5 @@ def servo_gain_doubts(runs: Sequence[Recording], model: Model, stiffness: np.nda
     stated = digits(float(np.median(stiffness)), 4)
     return [
         f"kp of the file is {stated} N m/rad, but bodies and log require {said}: correct kp, or let "
-        "exidyn init LOG --mjcf FILE state it"
+        "exidyn init LOG --robot FILE state it"
     ]

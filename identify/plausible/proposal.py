@@ -35,27 +35,18 @@ FEWEST = 100
 
 @dataclass(frozen=True)
 class Proposal:
-    """Proposed interpretation of a log.
+    """Proposed interpretation of a log."""
 
-    Attributes:
-        columns: "time" or signal of a recording -> names of its columns, one per joint in the robot's order.
-        units: Units of time, position and velocity; "" for a velocity that is left out.
-        gains: Drive gains if there are currents, else empty.
-        against: Whether the torques have the opposite sign of the positions.
-        guesses: Guesses with their probabilities.
-        notes: Sentences on other observations.
-        gravity: Gravity in the base frame, shape (3,) [m/s^2], if it certainly differs from the description;
-            else empty.
-        servo: Whether there are commands and no efforts; gains are then those of position servos [N m/rad].
-    """
-
+    # "time" or signal of a recording -> names of its columns, one per joint in the robot's order.
     columns: Mapping[str, tuple[str, ...]]
-    units: Units
-    gains: tuple[Gain, ...]
-    against: bool
-    guesses: tuple[Guess, ...]
-    notes: tuple[str, ...]
+    units: Units  # units of time, position and velocity; "" for a velocity that is left out
+    gains: tuple[Gain, ...]  # drive gains if there are currents, else empty
+    against: bool  # whether the torques have the opposite sign of the positions
+    guesses: tuple[Guess, ...]  # guesses with their probabilities
+    notes: tuple[str, ...]  # sentences on other observations
+    # Gravity in the base frame, shape (3,) [m/s^2], if it certainly differs from the description; else empty.
     gravity: tuple[float, ...] = ()
+    # Whether there are commands and no efforts; gains are then those of position servos [N m/rad].
     servo: bool = False
 
     @property

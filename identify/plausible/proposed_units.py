@@ -56,26 +56,16 @@ class Log:
 
 
 class Proposed(NamedTuple):
-    """Units, order and mounting of a log.
+    """Units, order and mounting of a log."""
 
-    Attributes:
-        units: Units of time, position and velocity; "" for a velocity that is left out.
-        order: Column of each joint, in the robot's order.
-        reading: Reading in SI units and in the robot's order, with the most probable gravity.
-        gravity: Gravity in the base frame, shape (3,) [m/s^2], if it certainly differs from the description;
-            else empty.
-        guesses: Guesses with their probabilities.
-        doubt: Sentence on another probable mistake, or "".
-        doubted: Indices of the joints that the doubt concerns.
-    """
-
-    units: Units
-    order: tuple[int, ...]
-    reading: Reading
+    units: Units  # units of time, position and velocity; "" for a velocity that is left out
+    order: tuple[int, ...]  # column of each joint, in the robot's order
+    reading: Reading  # reading in SI units and in the robot's order, with the most probable gravity
+    # Gravity in the base frame, shape (3,) [m/s^2], if it certainly differs from the description; else empty.
     gravity: tuple[float, ...]
-    guesses: list[Guess]
-    doubt: str
-    doubted: tuple[int, ...]
+    guesses: list[Guess]  # guesses with their probabilities
+    doubt: str  # sentence on another probable mistake, or ""
+    doubted: tuple[int, ...]  # indices of the joints that the doubt concerns
 
 
 def joint_odds(log: Log, model: Model, stated: Units) -> dict[Units, float]:

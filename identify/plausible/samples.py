@@ -32,17 +32,11 @@ pose and direction: it repeats whenever these return, so a longer log does not a
 
 
 class Sampled(NamedTuple):
-    """A low-passed and decimated log.
+    """A low-passed and decimated log."""
 
-    Attributes:
-        motion: Motion of the joints, t samples.
-        effort: Efforts in the unit of the log, shape (t, n).
-        sliding: Whether each joint slides, bool of shape (t, n).
-    """
-
-    motion: Motion
-    effort: np.ndarray
-    sliding: np.ndarray
+    motion: Motion  # motion of the joints, t samples
+    effort: np.ndarray  # efforts in the unit of the log, shape (t, n)
+    sliding: np.ndarray  # whether each joint slides, bool of shape (t, n)
 
     @property
     def pieces(self) -> np.ndarray:

@@ -15,21 +15,13 @@ NONE_OF_THESE = "none_of_these"
 
 @dataclass(frozen=True)
 class Guess:
-    """A guess with its probability.
+    """A guess with its probability."""
 
-    Attributes:
-        what: Question that the guess answers.
-        value: Most probable answer.
-        probability: Probability of that answer, given the log and the robot.
-        why: Evidence for the answer.
-        option: Option or key by which a person can state the answer.
-    """
-
-    what: str
-    value: str
-    probability: float
-    why: str
-    option: str = ""
+    what: str  # question that the guess answers
+    value: str  # most probable answer
+    probability: float  # probability of that answer, given the log and the robot
+    why: str  # evidence for the answer
+    option: str = ""  # option or key by which a person can state the answer
 
     @property
     def decided(self) -> bool:
@@ -39,21 +31,14 @@ class Guess:
 
 @dataclass(frozen=True)
 class Suspicion:
-    """Most probable mistake in a log.
+    """Most probable mistake in a log."""
 
-    Attributes:
-        name: Kind of mistake, a name in the table or `NONE_OF_THESE`.
-        joints: Names of the joints that show it.
-        what: Clause on what is wrong.
-        cure: Instruction for its correction.
-        probability: Probability of this mistake, compared with none, another in the table, or an unlisted
-            one; None if unknown.
-    """
-
-    name: str
-    joints: tuple[str, ...]
-    what: str
-    cure: str
+    name: str  # kind of mistake, a name in the table or `NONE_OF_THESE`
+    joints: tuple[str, ...]  # names of the joints that show it
+    what: str  # clause on what is wrong
+    cure: str  # instruction for its correction
+    # Probability of this mistake, compared with none, another in the table, or an unlisted one; None if
+    # unknown.
     probability: float | None
 
     def __str__(self) -> str:

@@ -74,21 +74,13 @@ class Units(NamedTuple):
 
 
 class Moves(NamedTuple):
-    """Properties of the motion in a log, in the units of the log.
+    """Properties of the motion in a log, in the units of the log."""
 
-    Attributes:
-        period: Median step of the time column.
-        speed: High speed (99.5th percentile) of each joint, shape (n,).
-        reach: Difference of the highest and lowest position, shape (n,).
-        ratio: Derivative of position over velocity column; NaN without a column, or if they disagree.
-        step: Encoder resolution, shape (n,); NaN if it is not visible.
-    """
-
-    period: float
-    speed: np.ndarray
-    reach: np.ndarray
-    ratio: float
-    step: np.ndarray
+    period: float  # median step of the time column
+    speed: np.ndarray  # high speed (99.5th percentile) of each joint, shape (n,)
+    reach: np.ndarray  # difference of the highest and lowest position, shape (n,)
+    ratio: float  # derivative of position over velocity column; NaN without a column, or if they disagree
+    step: np.ndarray  # encoder resolution, shape (n,); NaN if it is not visible
 
 
 def moves(time: np.ndarray, position: np.ndarray, velocity: np.ndarray | None) -> Moves:

@@ -47,25 +47,15 @@ def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
 
 
 class Case(NamedTuple):
-    """One case of a mistake, with its likelihood.
+    """One case of a mistake, with its likelihood."""
 
-    Attributes:
-        mistake: Kind of mistake.
-        clause: Clause on what is wrong.
-        change: Change that corrects the log.
-        joints: Indices of the joints that show it.
-        odds: Log of prior times likelihood.
-        trust: Probability that the case, not an unlisted cause, explains these joints.
-        by_bodies: Log-likelihood with bodies of any mass.
-    """
-
-    mistake: Mistake
-    clause: str
-    change: Change
-    joints: tuple[int, ...]
-    odds: float
-    trust: float = 0.0
-    by_bodies: float = 0.0
+    mistake: Mistake  # kind of mistake
+    clause: str  # clause on what is wrong
+    change: Change  # change that corrects the log
+    joints: tuple[int, ...]  # indices of the joints that show it
+    odds: float  # log of prior times likelihood
+    trust: float = 0.0  # probability that the case, not an unlisted cause, explains these joints
+    by_bodies: float = 0.0  # log-likelihood with bodies of any mass
 
     def judged(self, evidence: Evidence) -> "Case":
         """Case with evidence; it must explain each of one or two joints, or most of several joints."""
@@ -79,17 +69,11 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True)
 class Weighed:
-    """Result of testing a log for all mistakes in the table.
+    """Result of testing a log for all mistakes in the table."""
 
-    Attributes:
-        plain: Evidence of the log without a correction.
-        odds: Log of prior times likelihood of no mistake.
-        cases: Cases of mistakes, the most probable first.
-    """
-
-    plain: Evidence
-    odds: float
-    cases: tuple[Case, ...]
+    plain: Evidence  # evidence of the log without a correction
+    odds: float  # log of prior times likelihood of no mistake
+    cases: tuple[Case, ...]  # cases of mistakes, the most probable first
 
     def share(self, case: Case) -> float:
         """Probability of a case, if the table were complete."""

@@ -27,21 +27,13 @@ MOVED = 0.02
 
 @dataclass(frozen=True)
 class Even:
-    """A recording on an even time axis, not yet filtered.
+    """A recording on an even time axis, not yet filtered."""
 
-    Attributes:
-        recording: Recording of one run.
-        time: Even time axis, shape (t,) [s].
-        position: Joint positions, shape (t, n) [rad].
-        rate: Sampling rate [Hz].
-        measures: Measured effort, "current" or "torque".
-    """
-
-    recording: Recording
-    time: np.ndarray
-    position: np.ndarray
-    rate: float
-    measures: str
+    recording: Recording  # recording of one run
+    time: np.ndarray  # even time axis, shape (t,) [s]
+    position: np.ndarray  # joint positions, shape (t, n) [rad]
+    rate: float  # sampling rate [Hz]
+    measures: str  # measured effort, "current" or "torque"
 
     @classmethod
     def of(cls, recording: Recording, rate: float | None) -> "Even":

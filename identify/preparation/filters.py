@@ -49,19 +49,12 @@ def low_pass(values: np.ndarray, rate: float, cutoff: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Decimation:
-    """Linear-phase low-pass and downsampling, identical for torque and for every regressor column.
+    """Linear-phase low-pass and downsampling, identical for torque and for every regressor column."""
 
-    Attributes:
-        rate: Sampling rate of the input before thinning [Hz].
-        cutoff: Half-amplitude frequency [Hz].
-        factor: Ratio of `rate` to the sampling rate of the output.
-        step: Ratio of `rate` to the actual sampling rate of the input; a divisor of `factor`.
-    """
-
-    rate: float
-    cutoff: float
-    factor: int
-    step: int = 1
+    rate: float  # sampling rate of the input before thinning [Hz]
+    cutoff: float  # half-amplitude frequency [Hz]
+    factor: int  # ratio of `rate` to the sampling rate of the output
+    step: int = 1  # ratio of `rate` to the actual sampling rate of the input; a divisor of `factor`
 
     @classmethod
     def at(cls, rate: float, cutoff: float) -> "Decimation":

@@ -69,48 +69,32 @@ class Filtering:
 
 @dataclass(frozen=True)
 class Prepared:
-    """One run, ready to be compared with a model.
+    """One run, ready to be compared with a model."""
 
-    Attributes:
-        name: Name of the run.
-        motion: Filtered motion at full rate, edges dropped.
-        current: Motor currents at full rate, unfiltered, shape (t, n) [A], or torques [N m] if the controller
-            records those; converted to those of rigid gears and constant drive gains, without delay.
-        measures: Measured effort, "current" or "torque".
-        gain: Nominal torque per unit of `current`, shape (n,).
-        sliding: Whether the joint slides rather than sticks, shape (t, n).
-        standstill: Speed below which each joint counts as standing still, shape (n,) [rad/s].
-        decimation: Filter through which torque and regressor are compared.
-        position_cutoff: Cut-off of the low-pass before differentiation [Hz].
-        noise: Noise floor of `current` behind the decimation filter, shape (n,).
-        noise_source: `REST` if measured while the arm stood still, else `ABOVE`; `SMOOTHED_REST` or
-            `SMOOTHED` if the effort was filtered before it was recorded.
-        encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
-        commanded: Commanded motion, filtered in the same way; None if it was not recorded.
-        known: Known parameters of the payload: (parameter, value) pairs.
-        link_position: Positions behind the gears, unfiltered, without the twist of gears in the model, shape
-            (t, n) [rad]; NaN if a joint has no second encoder, None if no link positions were recorded.
-        off: Time in which each joint moved with its drive off, which has no weight, shape (n,) [s].
-        computed: Whether the torque is computed from commands and these positions, by a servo whose delay is
-            known.
-    """
-
-    name: str
-    motion: Motion
+    name: str  # name of the run
+    motion: Motion  # filtered motion at full rate, edges dropped
+    # Motor currents at full rate, unfiltered, shape (t, n) [A], or torques [N m] if the controller records
+    # those; converted to those of rigid gears and constant drive gains, without delay.
     current: np.ndarray
-    measures: str
-    gain: np.ndarray
-    sliding: np.ndarray
-    standstill: np.ndarray
-    decimation: Decimation
-    position_cutoff: float
-    noise: np.ndarray
+    measures: str  # measured effort, "current" or "torque"
+    gain: np.ndarray  # nominal torque per unit of `current`, shape (n,)
+    sliding: np.ndarray  # whether the joint slides rather than sticks, shape (t, n)
+    standstill: np.ndarray  # speed below which each joint counts as standing still, shape (n,) [rad/s]
+    decimation: Decimation  # filter through which torque and regressor are compared
+    position_cutoff: float  # cut-off of the low-pass before differentiation [Hz]
+    noise: np.ndarray  # noise floor of `current` behind the decimation filter, shape (n,)
+    # `REST` if measured while the arm stood still, else `ABOVE`; `SMOOTHED_REST` or `SMOOTHED` if the effort
+    # was filtered before it was recorded.
     noise_source: str
-    encoder_noise: np.ndarray
-    commanded: Motion | None = None
-    known: tuple[tuple[str, float], ...] = ()
+    encoder_noise: np.ndarray  # standard deviation of the measured position's white noise, shape (n,) [rad]
+    commanded: Motion | None = None  # commanded motion, filtered in the same way; None if it was not recorded
+    known: tuple[tuple[str, float], ...] = ()  # known parameters of the payload: (parameter, value) pairs
+    # Positions behind the gears, unfiltered, without the twist of gears in the model, shape (t, n) [rad]; NaN
+    # if a joint has no second encoder, None if no link positions were recorded.
     link_position: np.ndarray | None = None
+    # Time in which each joint moved with its drive off, which has no weight, shape (n,) [s].
     off: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    # Whether the torque is computed from commands and these positions, by a servo whose delay is known.
     computed: bool = False
 
     @property

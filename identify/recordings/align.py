@@ -42,19 +42,12 @@ LEAST_TRAVEL = 1e-3
 
 @dataclass(frozen=True)
 class Alignment:
-    """Relation of two clocks.
+    """Relation of two clocks."""
 
-    Attributes:
-        offset: Time to add to the clock of the first recording [s].
-        std: Standard deviation of the offset [s].
-        difference: Difference of the positions after alignment, root mean square, shape (n,) [rad].
-        overlap: Duration of the overlap of both recordings [s].
-    """
-
-    offset: float
-    std: float
-    difference: np.ndarray
-    overlap: float
+    offset: float  # time to add to the clock of the first recording [s]
+    std: float  # standard deviation of the offset [s]
+    difference: np.ndarray  # difference of the positions after alignment, root mean square, shape (n,) [rad]
+    overlap: float  # duration of the overlap of both recordings [s]
 
     def __str__(self) -> str:
         worst = float(self.difference.max())

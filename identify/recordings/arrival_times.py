@@ -43,25 +43,16 @@ DIGITS = (1.0, 0.1, 0.01, 0.001)
 
 
 class Clock(NamedTuple):
-    """Regular clock of the samples of one signal.
+    """Regular clock of the samples of one signal."""
 
-    Attributes:
-        time: Regular times of the samples, shape (t,) [s].
-        period: Sampling period [s].
-        late: Mean and maximum delay of the stamps behind the clock [s].
-        kind: Description of the stamps; "" if they agree with the clock.
-        certain: Whether it is certain that the samples were taken by this clock.
-        steps: Adjustments of the clock of the stamps: the sample that follows, and the step [s].
-        missing: Number of lost samples.
-    """
-
-    time: np.ndarray
-    period: float
-    late: tuple[float, float]
-    kind: str
-    certain: bool
+    time: np.ndarray  # regular times of the samples, shape (t,) [s]
+    period: float  # sampling period [s]
+    late: tuple[float, float]  # mean and maximum delay of the stamps behind the clock [s]
+    kind: str  # description of the stamps; "" if they agree with the clock
+    certain: bool  # whether it is certain that the samples were taken by this clock
+    # Adjustments of the clock of the stamps: the sample that follows, and the step [s].
     steps: tuple[tuple[int, float], ...] = ()
-    missing: int = 0
+    missing: int = 0  # number of lost samples
 
     @property
     def description(self) -> str:

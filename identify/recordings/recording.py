@@ -9,9 +9,11 @@ import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
+from ..effects import known_parameters
 from ..errors import RecordingError, WrongShape
 from ..model import Model
 from ..notebook import InNotebook, counted, optional
+from ..robot_files.robot_file import read_model
 
 SIGNALS: dict[str, str] = {
     "position": "rad",
@@ -118,38 +120,24 @@ class KnownPayload:
 
 @dataclass(frozen=True)
 class Event:
-    """An event during a run.
+    """An event during a run."""
 
-    Attributes:
-        time: Time on the recording's time axis [s].
-        kind: Kind of the event, such as "driver", "stage", "stop", "late" or "warning".
-        text: Description in one sentence.
-        details: Joint, value, limit, unit and level of a stop, if known.
-    """
-
-    time: float
-    kind: str
-    text: str
+    time: float  # time on the recording's time axis [s]
+    kind: str  # kind of the event, such as "driver", "stage", "stop", "late" or "warning"
+    text: str  # description in one sentence
+    # Joint, value, limit, unit and level of a stop, if known.
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """Timing of the cycles of the control loop, arrays of shape (t,).
+    """Timing of the cycles of the control loop, arrays of shape (t,)."""
 
-    Attributes:
-        time: Time on the recording's time axis [s].
-        lateness: Delay of the start of each cycle [s].
-        skipped: Number of cycles missed before each cycle.
-        stage: Stage of the run, as an index into `stages`.
-        stages: Names of the stages.
-    """
-
-    time: np.ndarray
-    lateness: np.ndarray
-    skipped: np.ndarray
-    stage: np.ndarray
-    stages: tuple[str, ...] = ()
+    time: np.ndarray  # time on the recording's time axis [s]
+    lateness: np.ndarray  # delay of the start of each cycle [s]
+    skipped: np.ndarray  # number of cycles missed before each cycle
+    stage: np.ndarray  # stage of the run, as an index into `stages`
+    stages: tuple[str, ...] = ()  # names of the stages
 
     def __post_init__(self) -> None:
         arrays = {name: np.array(getattr(self, name), np.int64) for name in ("skipped", "stage")}
@@ -165,17 +153,11 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class ControllerState:
-    """State that the controller reported, such as its safety mode.
+    """State that the controller reported, such as its safety mode."""
 
-    Attributes:
-        time: Time on the recording's time axis, shape (t,) [s].
-        values: Values with one column per name, shape (t, k); NaN if unknown.
-        words: Name -> meaning of its codes; empty for a plain number.
-    """
-
-    time: np.ndarray
-    values: np.ndarray
-    words: Mapping[str, Mapping[int, str]]
+    time: np.ndarray  # time on the recording's time axis, shape (t,) [s]
+    values: np.ndarray  # values with one column per name, shape (t, k); NaN if unknown
+    words: Mapping[str, Mapping[int, str]]  # name -> meaning of its codes; empty for a plain number
 
     def __post_init__(self) -> None:
         time, values = _to_nanoseconds(self.time), np.array(self.values, float)
@@ -256,7 +238,7 @@ class Recording(InNotebook):
     @classmethod
     def from_arrays(
         cls,
-        robot: "Model | Path | str",
+        robot: Model | Path | str,
         t: Any,
         q: Any,
         *,
@@ -290,14 +272,10 @@ class Recording(InNotebook):
         Raises:
             WrongShape: The shapes of the arrays do not match each other or the robot.
         """
-        from ..effects import known_parameters
-        from ..robot_files.robot_file import read_model
-        from .from_arrays import signals_of
-
         arrays = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
         body = None if mass is None else KnownPayload(known=known_parameters(mass, com))
         model = read_model(robot) if isinstance(robot, Path | str) else robot
-        return cls(name, model, signals_of(t, arrays, degrees), payload=body)
+        return cls(name, model, _signals(t, arrays, degrees), payload=body)
 
     @property
     def robot(self) -> Robot:
@@ -352,3 +330,21 @@ class Recording(InNotebook):
     def with_warnings(self, *warnings: str) -> "Recording":
         """Recording with more warnings; existing warnings are not repeated."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *warnings))))
+
+
+def _signals(t: Any, arrays: Mapping[str, Any], degrees: bool) -> dict[str, Signal]:
+    """Signals from arrays (t, n) by name, on one time axis (t,) [s] that begins at zero; skips None."""
+    time = np.asarray(t, float)
+    signals = {}
+    for name, values in arrays.items():
+        if values is None:
+            continue
+        turned = degrees and SIGNALS.get(name, "").startswith("rad")
+        array = np.asarray(values, float) * (np.pi / 180.0 if turned else 1.0)
+        if time.ndim != 1 or array.shape[:1] != time.shape or array.ndim > 2:
+            raise WrongShape(
+                f"{name} has shape {array.shape} and t {time.shape}; expected (t, n) and (t,): one row per "
+                "sample, one column per joint"
+            )
+        signals[name] = Signal(time - time[:1].sum(), array.reshape(len(time), -1))
+    return signals

@@ -26,17 +26,11 @@ FEWEST = 40
 
 
 class Restored(NamedTuple):
-    """A restored column.
+    """A restored column."""
 
-    Attributes:
-        values: Restored values, shape (t,).
-        fact: Description of the loss and its restoration.
-        turn: Difference by which values without a sign are too large; 0 if it is not constant.
-    """
-
-    values: np.ndarray
-    fact: str
-    turn: float = 0.0
+    values: np.ndarray  # restored values, shape (t,)
+    fact: str  # description of the loss and its restoration
+    turn: float = 0.0  # difference by which values without a sign are too large; 0 if it is not constant
 
 
 def unwrapped(position: np.ndarray, turn: float = 2 * np.pi) -> Restored | None:

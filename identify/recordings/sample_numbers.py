@@ -39,21 +39,14 @@ PASSES = 20
 
 
 class Numbers(NamedTuple):
-    """Numbers of samples.
+    """Numbers of samples."""
 
-    Attributes:
-        number: Number of each sample from 0, shape (t,).
-        offset: Total adjustment of the clock of the stamps until each sample, shape (t,) [s].
-        steps: Adjustments of the clock: the sample that follows, and the step [s].
-        lost: Number of missing samples.
-        width: Number of samples of which one is on time.
-    """
-
-    number: np.ndarray
-    offset: np.ndarray
+    number: np.ndarray  # number of each sample from 0, shape (t,)
+    offset: np.ndarray  # total adjustment of the clock of the stamps until each sample, shape (t,) [s]
+    # Adjustments of the clock: the sample that follows, and the step [s].
     steps: tuple[tuple[int, float], ...]
-    lost: int
-    width: int
+    lost: int  # number of missing samples
+    width: int  # number of samples of which one is on time
 
 
 def number_samples(stamps: np.ndarray, values: np.ndarray) -> Numbers | None:
@@ -109,17 +102,11 @@ def _numbered(stamps: np.ndarray, values: np.ndarray, period: float, width: int)
 
 
 class Motion(NamedTuple):
-    """Change of values from sample to sample, over their noise.
+    """Change of values from sample to sample, over their noise."""
 
-    Attributes:
-        change: Changes, shape (t - 1, n).
-        velocity: Mean of the median changes before and behind each change, shape (t - 1, n).
-        turn: Difference of these two medians, shape (t - 1,).
-    """
-
-    change: np.ndarray
-    velocity: np.ndarray
-    turn: np.ndarray
+    change: np.ndarray  # changes, shape (t - 1, n)
+    velocity: np.ndarray  # mean of the median changes before and behind each change, shape (t - 1, n)
+    turn: np.ndarray  # difference of these two medians, shape (t - 1,)
 
     @classmethod
     def of(cls, values: np.ndarray) -> "Motion":

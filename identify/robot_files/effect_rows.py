@@ -153,19 +153,12 @@ def _priors(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
 
 
 class FindingRow(NamedTuple):
-    """One finding.
+    """One finding."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Names of the joints on which it acts; empty for the whole arm.
-        probability: Probability that the missing physics is this effect.
-        in_model: Whether the model of the file holds it.
-    """
-
-    effect: str
-    joints: tuple[str, ...]
-    probability: float
-    in_model: bool
+    effect: str  # name in the vocabulary
+    joints: tuple[str, ...]  # names of the joints on which it acts; empty for the whole arm
+    probability: float  # probability that the missing physics is this effect
+    in_model: bool  # whether the model of the file holds it
 
 
 def findings_text(rows: Sequence[FindingRow]) -> str:

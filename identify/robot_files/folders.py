@@ -27,15 +27,10 @@ MJCF_MODELS = ("include", "model")
 
 @dataclass(frozen=True)
 class Folders:
-    """Folders whose files a description may name.
+    """Folders whose files a description may name."""
 
-    Attributes:
-        implied: Folders of the description and of its package, with symbolic links resolved.
-        stated: Folders that the user states, as arguments or in the environment.
-    """
-
-    implied: tuple[Path, ...]
-    stated: tuple[Path, ...]
+    implied: tuple[Path, ...]  # folders of the description and of its package, with symbolic links resolved
+    stated: tuple[Path, ...]  # folders that the user states, as arguments or in the environment
 
     @classmethod
     def of(cls, description: Path, stated: Iterable[str | Path] = ()) -> "Folders":

@@ -24,15 +24,10 @@ equal, and rounding to two digits causes such an excess."""
 
 @dataclass(frozen=True)
 class Part:
-    """Place of a body, or of a row of a table, in the tree of joints.
+    """Place of a body, or of a row of a table, in the tree of joints."""
 
-    Attributes:
-        joint: Index in Pinocchio's model of the joint that moves it, 0 for the base.
-        placement: Placement of its frame in the frame of that joint.
-    """
-
-    joint: int
-    placement: pin.SE3
+    joint: int  # index in Pinocchio's model of the joint that moves it, 0 for the base
+    placement: pin.SE3  # placement of its frame in the frame of that joint
 
 
 @dataclass(frozen=True)

@@ -30,43 +30,24 @@ Row = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class DcMotor:
-    """A DC motor that drives one joint; its numbers are those of the shaft, before the gear.
+    """A DC motor that drives one joint; its numbers are those of the shaft, before the gear."""
 
-    Attributes:
-        index: Index of the actuator in the compiled model.
-        joint: Index of the joint in the compiled model.
-        gear: Turns of the motor per turn of the joint, signed [-].
-        constant: Motor constant K [N m/A].
-        resistance: Resistance R at the reference temperature [ohm].
-        input: Bits of its inputs.
-        armature: Inertia of the rotor [kg m^2].
-        damping: Viscous friction of the rotor [N m s/rad].
-        stiffness: Stiffness of the LuGre bristles [N m/rad]; 0 without LuGre friction.
-        bristle_damping: Damping of the bristles while they deflect [N m s/rad].
-        coulomb: LuGre friction at high speed [N m].
-        static: LuGre friction at the lowest speed [N m].
-        stribeck: Velocity of the motor over which the friction falls [rad/s].
-        amplitude: Amplitude of the cogging torque [N m].
-        poles: Waves of the cogging torque per turn of the motor [-].
-        phase: Phase of the cogging torque [rad].
-    """
-
-    index: int
-    joint: int
-    gear: float
-    constant: float
-    resistance: float
-    input: int
-    armature: float
-    damping: float
-    stiffness: float
-    bristle_damping: float
-    coulomb: float
-    static: float
-    stribeck: float
-    amplitude: float
-    poles: float
-    phase: float
+    index: int  # index of the actuator in the compiled model
+    joint: int  # index of the joint in the compiled model
+    gear: float  # turns of the motor per turn of the joint, signed [-]
+    constant: float  # motor constant K [N m/A]
+    resistance: float  # resistance R at the reference temperature [ohm]
+    input: int  # bits of its inputs
+    armature: float  # inertia of the rotor [kg m^2]
+    damping: float  # viscous friction of the rotor [N m s/rad]
+    stiffness: float  # stiffness of the LuGre bristles [N m/rad]; 0 without LuGre friction
+    bristle_damping: float  # damping of the bristles while they deflect [N m s/rad]
+    coulomb: float  # luGre friction at high speed [N m]
+    static: float  # luGre friction at the lowest speed [N m]
+    stribeck: float  # velocity of the motor over which the friction falls [rad/s]
+    amplitude: float  # amplitude of the cogging torque [N m]
+    poles: float  # waves of the cogging torque per turn of the motor [-]
+    phase: float  # phase of the cogging torque [rad]
 
     @classmethod
     def of(cls, model: Any, index: int) -> "DcMotor":

@@ -102,25 +102,22 @@ def described_model(name: str, kinematics: Kinematics) -> Model:
     return Model(robot, *read_effects(_effect_rows({}, kinematics, robot), robot))
 
 
-def parse_model(text: str, folder: Path | None = None, where: str = "robot file") -> Model:
+def parse_model(text: str, folder: Path | None = None) -> Model:
     """Model from the text of a robot.toml.
 
     Args:
         text: Text of the file.
         folder: Folder of the files that it names; by default the current folder.
-        where: Name of the file in messages.
 
     Raises:
         RobotError: The text is wrong; the message names the key, its value and what is valid.
     """
-    return _parse(text, folder, where)[0]
+    return _parse(text, folder, "robot file")[0]
 
 
 def _parse(text: str, folder: Path | None, where: str) -> tuple[Model, tuple[str, ...]]:
     """Model, and doubts about its geometry and bodies."""
     table = toml.parse_toml(text, where)
-    if "belief" in table:  # the name of the table [prior] in older files
-        table["prior"] = table.pop("belief")
     toml.check_keys(table, KEYS[""], where)
     if table.get("format", FORMAT) != FORMAT:
         raise RobotError(f"{where}: format {table['format']!r}; this version reads format {FORMAT}")

@@ -21,19 +21,12 @@ KEYS = ("name", *SHAPES, "scale", "at", "rpy")
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A solid that does not move.
+    """A solid that does not move."""
 
-    Attributes:
-        name: Name in messages.
-        kind: Kind of the shape, one of `SHAPES`.
-        shape: Shape for coal: the convex hull of a mesh, the half-space behind a plane.
-        placement: Placement of the shape in the frame of the base.
-    """
-
-    name: str
-    kind: str
-    shape: Any
-    placement: pin.SE3
+    name: str  # name in messages
+    kind: str  # kind of the shape, one of `SHAPES`
+    shape: Any  # shape for coal: the convex hull of a mesh, the half-space behind a plane
+    placement: pin.SE3  # placement of the shape in the frame of the base
 
 
 @dataclass(frozen=True, eq=False)

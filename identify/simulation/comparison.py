@@ -35,24 +35,16 @@ class Regions:
 
 @dataclass(frozen=True, eq=False)
 class Mismatch:
-    """Difference between two recordings in one quantity.
+    """Difference between two recordings in one quantity."""
 
-    Attributes:
-        quantity: "position", "velocity", "current" or "torque".
-        units: Unit of each joint.
-        rms: RMS of simulated minus recorded, shape (n,).
-        mean: Mean of simulated minus recorded, shape (n,).
-        size: Standard deviation of the recorded quantity over time, shape (n,).
-        noise: Combined noise of both recordings after the filter, shape (n,); NaN where it is unknown.
-        regions: Mismatch by "speed", "position" and "load", the magnitude of the recorded effort.
-    """
-
-    quantity: str
-    units: tuple[str, ...]
-    rms: np.ndarray
-    mean: np.ndarray
-    size: np.ndarray
+    quantity: str  # "position", "velocity", "current" or "torque"
+    units: tuple[str, ...]  # unit of each joint
+    rms: np.ndarray  # RMS of simulated minus recorded, shape (n,)
+    mean: np.ndarray  # mean of simulated minus recorded, shape (n,)
+    size: np.ndarray  # standard deviation of the recorded quantity over time, shape (n,)
+    # Combined noise of both recordings after the filter, shape (n,); NaN where it is unknown.
     noise: np.ndarray
+    # Mismatch by "speed", "position" and "load", the magnitude of the recorded effort.
     regions: Mapping[str, Regions]
 
     def check(self, where: str, joints: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from ..arm.rigid_regressor import INERTIAL
 from ..effects import Payload
 from ..fit.fit import Fit
-from ..fit.identification import of_these_joints, pooled_noise
+from ..fit.identification import of_these_joints
 from ..preparation.prepare import Prepared, prepare
 from ..recordings.recording import JOG, KnownPayload, Recording
 from ..recordings.recording_checks import check
@@ -44,8 +44,6 @@ def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
 def prepared(fit: Fit, recordings: Sequence[Recording]) -> list[Prepared]:
     """Recordings prepared with the filters of the fit and its noise level."""
     runs = [prepare(check(replace(recording, model=fit.model)), fit.filtering) for recording in recordings]
-    if fit.noise is None:
-        return pooled_noise(runs) if runs else []
     return [
         run
         if (level := fit.noise_of(run.measures)) is None

@@ -17,17 +17,12 @@ from .plant.plant import Watched
 
 @dataclass(frozen=True)
 class Sensors:
-    """Noise and resolution of the measurement.
+    """Noise and resolution of the measurement."""
 
-    Attributes:
-        current_noise: Standard deviation of white current noise relative to each joint's RMS current [-].
-        encoder_noise: Standard deviation of position noise [rad].
-        encoder_step: Resolution of position [rad]; zero for none.
-    """
-
+    # Standard deviation of white current noise relative to each joint's RMS current [-].
     current_noise: float = 0.01
-    encoder_noise: float = 1e-6
-    encoder_step: float = 4e-6
+    encoder_noise: float = 1e-6  # standard deviation of position noise [rad]
+    encoder_step: float = 4e-6  # resolution of position [rad]; zero for none
 
 
 def simulate(

@@ -20,9 +20,8 @@ PRINTED = "printed.txt"
 """File of what the commands print."""
 SECONDS = 8.0
 """Duration of each motion [s]."""
-TICK = "--tick", "0.004"
-SEARCH = {"harmonics": 2, "period": 4.0}
-"""Planning options of a search that takes a moment."""
+SMALL = "--tick", "0.004", "--harmonics", "2", "--period", "4"
+"""Options of a search that takes a moment."""
 STIFFNESS = 6.0
 """Of the spring at the elbow, which the nominal model lacks [N m/rad]."""
 
@@ -41,13 +40,13 @@ def write_tutorial(folder: Path) -> None:
     arm().write(folder)
     robot, runs = folder / "robot.toml", (folder / "run.mcap", "--validate", folder / "other.mcap")
     steps = [
-        excited(folder, "trajectory", SECONDS, None, *TICK, least=True),
-        excited(folder, "other", SECONDS, None, *TICK, "--seed", "7", least=True),
+        excited(folder, "trajectory", SECONDS, None, *SMALL, least=True),
+        excited(folder, "other", SECONDS, None, *SMALL, "--seed", "7", least=True),
         recorded(folder, "run", "trajectory", 1),
         recorded(folder, "other", "other", 2),
         step("identify", *runs, "--output", folder / "fit"),
         step("diagnose", robot, *runs, "--output", folder / "diagnosis"),
     ]
     with pytest.MonkeyPatch.context() as patched, open(folder / PRINTED, "w") as out, redirect_stdout(out):
-        make_small(patched, **SEARCH)
+        make_small(patched)
         run(steps)

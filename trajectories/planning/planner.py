@@ -1,7 +1,6 @@
 """Planning: from a model and planning options to a plan that a recorder can run, with rests and leads."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
@@ -41,7 +40,6 @@ def plan(
     seed: int = 0,
     seconds: float = 60.0,
     iterations: int | None = None,
-    executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Plan]:
     """The best trajectories for a model, each with rests and leads, checked.
@@ -55,7 +53,6 @@ def plan(
         seconds: Duration of the search [s], without the startup of its processes.
         iterations: Iterations of each start. They replace `seconds`: the plan then does not depend on the
             speed, the load or the number of cores of the computer.
-        executor: Executor of the starts; a pool of processes by default.
         progress: Called with a sentence when a start ends, and occasionally while they run.
 
     Raises:
@@ -74,7 +71,6 @@ def plan(
             seed=seed,
             seconds=seconds,
             iterations=iterations,
-            executor=executor,
             progress=progress,
         )
         goal = goal.with_spread(result.spread)

@@ -170,8 +170,7 @@ def _check_kind(table: Mapping[str, Any]) -> None:
         raise NotATrajectory(f"not a trajectory file: {reason}, expected kind = '{KIND}'")
     version = table.get("format")
     if version != FORMAT:
-        hint = "; update exidyn" if isinstance(version, int) and version > FORMAT else ""
-        raise NotATrajectory(f"format {version!r}; this version reads format {FORMAT}{hint}")
+        raise NotATrajectory(f"format {version!r}; this version reads format {FORMAT}; update exidyn")
 
 
 def _unchanged(text: str) -> bool:

@@ -3,7 +3,6 @@
 import os
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +29,6 @@ def excite(
     seed: int = 0,
     seconds: float = 60.0,
     iterations: int | None = None,
-    executor: Executor | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SearchResult:
     """The best result of several starts, with the options of `plan`.
@@ -64,7 +62,7 @@ def excite(
                 f"best {goal.reached(best.value):.4g}"
             )
 
-    run_all(_run_start, tasks, seconds, executor, note, _throttled(goal, progress))
+    run_all(_run_start, tasks, seconds, note, _throttled(goal, progress))
     if not results:
         raise Infeasible(
             misses[0]

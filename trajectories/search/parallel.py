@@ -5,7 +5,7 @@ import pickle
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, wait
+from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from math import inf
@@ -34,7 +34,6 @@ def run_all(
     work: Callable[..., Any],
     tasks: Sequence[tuple[Any, ...]],
     seconds: float,
-    executor: Executor | None,
     note: Callable[[Any], None],
     receive: Callable[[Any], None] = lambda _: None,
 ) -> None:
@@ -42,30 +41,20 @@ def run_all(
 
     At the end of the time, or on Ctrl-C, running tasks are requested to end with their best result, and tasks
     that have not begun are skipped. Each task gets a share of the time that remains when it begins, so that
-    later tasks use the time that earlier ones did not need. Tasks of an executor, whose processes share no
-    clock, get equal times.
+    later tasks use the time that earlier ones did not need. One task, or one core, needs no other process.
 
     Args:
         work: Function to call; other processes must be able to import it.
         tasks: Arguments of each call.
         seconds: Time for all tasks, from the start of the first, as processes take seconds to start [s].
-        executor: Executor of the tasks; by default a pool of processes, or this process for one task or core.
         note: Called in this process.
-        receive: Called in this process with the values that tasks `report`, except those of an executor.
+        receive: Called in this process with the values that tasks `report`.
 
     Raises:
         TrajectoryError: A process of the pool died.
     """
     workers = max(min(len(tasks), os.cpu_count() or 1), 1)
-    if executor is not None:
-        share = seconds / max(-(-len(tasks) // workers), 1)
-        _gather(
-            [executor.submit(work, *task, share, _stop_requested) for task in tasks],
-            seconds,
-            note,
-            lambda: None,
-        )
-    elif workers == 1:
+    if workers == 1:
         end = time.monotonic() + seconds
         with _interrupt_noted() as interrupted, _reporting_to(receive):
             for place, task in enumerate(tasks):
@@ -117,8 +106,8 @@ def _gather(
     seconds: float,
     note: Callable[[Any], None],
     ask_to_stop: Callable[[], None],
-    listen: Callable[[], None] = lambda: None,
-    begun: Callable[[], float] = time.monotonic,
+    listen: Callable[[], None],
+    begun: Callable[[], float],
 ) -> None:
     """Pass on results as they arrive; stop when the time is over, which counts from the first start."""
     end, pending, stopped = inf, set(futures), False
@@ -157,7 +146,7 @@ def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: floa
 
 def _stop_requested() -> bool:
     """Whether this process was requested to end."""
-    return _stopping is not None and _stopping.is_set()
+    return bool(_stopping.is_set())
 
 
 def report(value: Any) -> None:
@@ -185,10 +174,7 @@ def _begin(event: Any, begun: Any, reports: Any) -> None:
 
 @contextmanager
 def _interrupt_noted() -> Iterator[Stop]:
-    """Yield a function that tells whether Ctrl-C was pressed, to end work early; a second press raises.
-
-    The caller's own handler is called afterwards, since this work may be one step of several.
-    """
+    """Yield a function that tells whether Ctrl-C was pressed, to end work early; a second press raises."""
     pressed: list[int] = []
 
     def on_interrupt(*_: object) -> None:
@@ -204,8 +190,6 @@ def _interrupt_noted() -> Iterator[Stop]:
         yield lambda: bool(pressed)
     finally:
         signal.signal(signal.SIGINT, before)
-    if pressed and callable(before) and before is not signal.default_int_handler:
-        before(signal.SIGINT, None)
 
 
 @contextmanager

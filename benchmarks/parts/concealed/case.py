@@ -7,19 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from .effects.effect import Conceal
-from .effects.outside import OUTSIDE
-from .effects.vocabulary import VOCABULARY, places
-from .oracle import torques
+from .effects import OUTSIDE, VOCABULARY, Conceal, places
 from .plant.closed_loop import SETTLE, STEP, run
-from .recordings.motion import SECONDS
-from .recordings.record import PLANS, Run, record
-from .recordings.truth import truth_of, write_truth
-from .recordings.write import write_case
-from .robots.arms import ARMS
-from .robots.robot import Robot, honest
-from .scoring.score import DETECTABLE
-from .strength import Bench, conceal, with_peak
+from .record import PLANS, SECONDS, Run, record
+from .robot import ARMS, Robot, honest
+from .scoring import DETECTABLE
+from .strength import Bench, conceal, torques, with_peak
+from .write import truth_of, write_case, write_truth
 
 TIERS = {"edge": (0.3, 1.0), "middle": (1.0, 3.0), "clear": (3.0, 10.0)}
 """Visibility: rms of the effect's torque over the noise floor."""
@@ -37,29 +31,17 @@ BEYOND = 0.5
 
 @dataclass(frozen=True)
 class Draw:
-    """A case before it is simulated.
+    """A case before it is simulated."""
 
-    Attributes:
-        name: Of the case.
-        arm: Key of ARMS.
-        kind: none, single, double or outside.
-        tier: Key of TIERS; empty for none.
-        effects: What is concealed, in order.
-        wanted: Visibility of each.
-        seed: Of everything random in it.
-        seconds: Length of a run.
-        tries: Simulations to find the strength that is visible as wanted.
-    """
-
-    name: str
-    arm: str
-    kind: str
-    tier: str
-    effects: tuple[str, ...]
-    wanted: tuple[float, ...]
-    seed: int
-    seconds: float = SECONDS
-    tries: int = 4
+    name: str  # Of the case
+    arm: str  # Key of ARMS
+    kind: str  # none, single, double or outside
+    tier: str  # Key of TIERS; empty for none
+    effects: tuple[str, ...]  # What is concealed, in order
+    wanted: tuple[float, ...]  # Visibility of each
+    seed: int  # Of everything random in it
+    seconds: float = SECONDS  # Length of a run
+    tries: int = 4  # Simulations to find the strength that is visible as wanted
 
 
 def draw(

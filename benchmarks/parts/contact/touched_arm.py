@@ -33,17 +33,11 @@ WAVES = 4
 
 @dataclass(frozen=True)
 class Touch:
-    """A constant force on the flange.
+    """A constant force on the flange."""
 
-    Attributes:
-        force: Force in the axes of the base [N].
-        start: Its start [s].
-        end: Its end [s].
-    """
-
-    force: tuple[float, float, float]
-    start: float
-    end: float
+    force: tuple[float, float, float]  # Force in the axes of the base [N]
+    start: float  # Its start [s]
+    end: float  # Its end [s]
 
 
 def model() -> Model:

@@ -1,10 +1,8 @@
-"""One diagnosis of a real arm, and how its names compare with what is known of that arm."""
+"""One diagnosis of a real arm, once more with what was named in its model, and what is known of that arm."""
 
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,14 +11,97 @@ from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.findings.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.family import FAMILIES, Family
 from exidyn.identification.diagnosis.findings.finding import Finding
+from exidyn.identification.diagnosis.improved.improved import found_model, left_out
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.fit.identification import identify
+from exidyn.identification.model import Model
 
-from ..concealed.scoring.answers import dependence
+from ..concealed.scoring import dependence
 from ..proof.open_loop import open_loop
-from .again import again
-from .known import Known
-from .plain_fit import shown
-from .sets import CASES, FOLDER, Case
-from .sizes import joints_words, size
+from .known import Known, numbers
+from .sets import CASES, FOLDER, Case, Runs
+
+DERIVED = {"amplitude": "N m", "gear stiffness": "N m/rad", "harmonic": "1"}
+"""Units of numbers that follow from others."""
+STUCK = 1e-9
+"""Standard deviation of a number that its limit holds, at most, as a part of the number or of one [-]."""
+
+
+def size(one: Finding) -> str:
+    """Coefficients and shape of a finding that are determined, with one standard deviation.
+
+    Where some are not, what no other parameter can take over of its torque, root mean square.
+    """
+    units = {name: q.unit for name, q in one.parameters.items()} | DERIVED
+    stated = {name: pair for name, pair in numbers(one).items() if name in units and name not in one.left_out}
+    words = [number(name, *pair, units[name]) for name, pair in stated.items()]
+    if one.left_out and one.size is not None:
+        words.append(number("torque", one.size.beside_rms, one.size.beside_std, "N m"))
+    return ", ".join(words)
+
+
+def number(name: str, value: float, std: float, unit: str) -> str:
+    """One number; of what is at a limit of its range the deviation says nothing."""
+    unit = "" if unit == "1" else f" {unit}"
+    if std < STUCK * max(abs(value), 1.0):
+        return f"{name} {value:.4g}{unit} (at its limit, not measured)"
+    return f"{name} {value:.4g}{f' ± {std:.2g}' if np.isfinite(std) else ''}{unit}"
+
+
+def joints_words(joints: Sequence[int]) -> str:
+    """J2 J3; a dash for the whole arm."""
+    return " ".join(f"J{joint + 1}" for joint in joints) or "-"
+
+
+def shown(known: Known, model: Model, runs: Runs) -> str:
+    """Residual held out of the joint without and with the effect, per run; nothing if no fit shows it."""
+    if known.term is None:
+        return ""
+    joint = known.joints[0]
+    with_it = model + known.term(model.robot.joints[joint])
+    before, after = (held_out(one, runs, joint) for one in (model, with_it))
+    unit = model.robot.unit(joint, "N m")
+    change = 100 * (np.linalg.norm(after) / np.linalg.norm(before) - 1)
+    lists = " → ".join(", ".join(f"{value:.3g}" for value in some) for some in (before, after))
+    return f"residual held out without and with it: {lists} {unit} ({change:+.0f} %)"
+
+
+def held_out(model: Model, runs: Runs, joint: int) -> np.ndarray:
+    """Root mean square of a joint's residual in each run held out in which it moves, driven (h,)."""
+    fitted = [run for role, run in runs if role != HELD_OUT]
+    fit = identify(fitted, [run for role, run in runs if role == HELD_OUT], model=model)
+    slides = [one for one in fit.validation if one.weight[:, joint].any()]
+    return np.array([one.residual_rms[joint] for one in slides])
+
+
+def again(case: Case, runs: Runs, found: Diagnosis) -> dict[str, Any]:
+    """What is named with found.toml for a model, and which of that no model holds.
+
+    As in found.toml, what is undecided is held too.
+    """
+    model = found_model(found)
+    if model is None or not (found.findings or found.undecided):
+        return {"held": 0, "lost": [], "named": [], "repeated": []}
+    lost = [found.all_findings[place].effect for place in left_out(found)]
+    second = diagnose(model, runs, case.title, case.filtering)
+    return {
+        "held": len(found.findings) + len(found.undecided) - len(lost),
+        "lost": lost,
+        "named": [words(one) for one in second.findings],
+        "repeated": [words(one) for one in second.findings if repeats(one, found, lost)],
+    }
+
+
+def repeats(one: Finding, found: Diagnosis, lost: list[str]) -> bool:
+    """Whether it was named before, and no model could hold it."""
+    before = [(other.effect, other.joints) for other in found.findings]
+    return one.effect in lost and (one.effect, one.joints) in before
+
+
+def words(one: Finding) -> str:
+    """A finding in one line."""
+    return f"{one.effect} {joints_words(one.joints)}, {one.probability:.3f}: {size(one)}"
+
 
 STATES = 256
 """Places in one turn of the motor over which ripple is drawn: seven of a period of the 36th harmonic."""
@@ -28,39 +109,15 @@ STATES = 256
 
 @dataclass(frozen=True)
 class Named:
-    """One finding.
+    """One finding."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Names of where it acts.
-        probability: Stated.
-        size: Its numbers, in words.
-        verdict: "known", "false" or "unverified"; "undecided" where it was not named.
-        why: Why it is false; what it might be instead where it is undecided.
-        instead: Probability of the most credible other name where it is undecided.
-    """
-
-    effect: str
-    joints: str
-    probability: float
-    size: str
-    verdict: str
-    why: str = ""
-    instead: float = 0.0
-
-
-def kept(key: str, folder: Path | None, twice: bool) -> dict[str, Any]:
-    """The answer that a folder has, or a new one, which it has then."""
-    file = folder / f"{key}.json" if folder else None
-    if file and file.exists():
-        found: dict[str, Any] = json.loads(file.read_text())
-        if found["again"] or not twice:
-            return found
-    found = answer(key, twice)
-    if file:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(found) + "\n")
-    return found
+    effect: str  # Name in the vocabulary
+    joints: str  # Names of where it acts
+    probability: float  # Stated
+    size: str  # Its numbers, in words
+    verdict: str  # "known", "false" or "unverified"; "undecided" where it was not named
+    why: str = ""  # Why it is false; what it might be instead where it is undecided
+    instead: float = 0.0  # Probability of the most credible other name where it is undecided
 
 
 def answer(key: str, twice: bool = True) -> dict[str, Any]:

@@ -20,29 +20,21 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True)
 class Known:
-    """One effect that a set is known to have.
+    """One effect that a set is known to have."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Where, from 0.
-        how: It is known.
-        size: In words.
-        sizes: Number of a finding -> lowest and highest known value.
-        shape: Number of a finding -> where it has to be for the finding to be this effect.
-        first: Whether the first finding of that effect has to be this one.
-        expected: Whether it is a miss where it is not named. A name of any other is right, and its absence is
-            no miss: it is small, or shown by one method only.
-        term: Of a joint's name, the effect by which a plain fit shows it; None where it is shown otherwise.
-    """
-
-    effect: str
-    joints: tuple[int, ...]
-    how: str
-    size: str
+    effect: str  # Name in the vocabulary
+    joints: tuple[int, ...]  # Where, from 0
+    how: str  # It is known
+    size: str  # In words
+    # Number of a finding -> lowest and highest known value
     sizes: Mapping[str, Range] = field(default_factory=dict)
+    # Number of a finding -> where it has to be for the finding to be this effect
     shape: Mapping[str, Range] = field(default_factory=dict)
-    first: bool = False
+    first: bool = False  # Whether the first finding of that effect has to be this one
+    # Whether it is a miss where it is not named. A name of any other is right, and its absence is no miss: it
+    # is small, or shown by one method only.
     expected: bool = True
+    # Of a joint's name, the effect by which a plain fit shows it; None where it is shown otherwise
     term: Callable[[str], Effect] | None = None
 
     def is_in(self, findings: Sequence[Finding]) -> Finding | None:
@@ -166,23 +158,12 @@ KNOWN: dict[str, tuple[Known, ...]] = {
         *possible(*(ripple(0, n, size, "independent map", "A", SCATTER * size) for n, size in MAP.items())),
     ),
     "emps": (
-        Known(
-            "friction_asymmetry",
-            (0,),
-            "second model of its authors; plain fit with and without it",
-            "drag 36.7 N s/m lower forward, higher backward",
-            {"Fva1": about(-36.7)},
-            term=_one_way_term,
-        ),
+        Known("friction_asymmetry", (0,), "second model of its authors; plain fit with and without it",
+              "drag 36.7 N s/m lower forward, higher backward", {"Fva1": about(-36.7)}, term=_one_way_term),
     ),
     "tx40": (
-        Known(
-            "kinematic_coupling",
-            (4, 5),
-            "gears of the wrist; published",
-            "Ia 0.00964 kg m², Fv 0.616 N m s/rad, Fc 1.95 N m, ratio 1",
-            COUPLING,
-        ),
+        Known("kinematic_coupling", (4, 5), "gears of the wrist; published",
+              "Ia 0.00964 kg m², Fv 0.616 N m s/rad, Fc 1.95 N m, ratio 1", COUPLING),
         rubs_under_load(2),
         sublinear(0),
         ripple(3, 30.65, 0.5, FITS, "N m", 0.05),
@@ -199,22 +180,17 @@ KNOWN: dict[str, tuple[Known, ...]] = {
     "ur10e_loaded": (Known("payload", (), "weighed", "2.805 kg", {"M": about(2.805)}), *WORN),
     "ur10e_calibrated": (Known("payload", (), "weighed", "2.805 kg", {"M": about(2.805)}), *WORN),
     "kscale": (
-        rubs_under_load(
-            0,
-            "eight weighed masses and lengths",
-            "0.18 to 0.26; 0.28 to 0.32 without the delay",
-            mu1=about(0.22, 0.04),
-        ),
+        rubs_under_load(0, "eight weighed masses and lengths", "0.18 to 0.26; 0.28 to 0.32 without the delay",
+                        mu1=about(0.22, 0.04)),
         *delay("delay that fits best, scanned", "voltage 15 to 20 ms early", -0.02, -0.015),
     ),
     "bam_xl330": (
-        rubs_under_load(
-            0, "models of its publishers; plain fit with and without it", "0.12 to 0.23", mu1=(0.12, 0.23)
-        ),
+        rubs_under_load(0, "models of its publishers; plain fit with and without it", "0.12 to 0.23",
+                        mu1=(0.12, 0.23)),
         *possible(Known("supply_sag", (), "supply recorded, 5.7 to 9.2 V", "no size known")),
         *delay("delay that fits best, scanned", "duty 25 to 60 ms early", -0.06, -0.025),
     ),
-}
+}  # fmt: skip
 """Set -> what it has."""
 
 UNSTATED = "nothing of the kind in the source's account"

@@ -176,68 +176,31 @@ def case(key: str, title: str, folder: str, prior: str, ask: Ask, **more: Any) -
 def cases() -> Iterator[tuple[str, Case]]:
     """Key and diagnosis."""
     arms: dict[str, tuple[str, str, str, Ask]] = {
-        "emps": (
-            "EMPS",
-            "emps",
-            "robot.toml, mass not stated",
-            partial(read, "emps", "robot.toml", ["train"], ["heldout_pulses"]),
-        ),
-        "tx40": (
-            "TX40",
-            "staubli_tx40",
-            BARE,
-            partial(read, "staubli_tx40", "robot.toml", ["train"], ["heldout"]),
-        ),
-        "panda": (
-            "Panda",
-            "panda_gaz",
-            f"{BARE}, links of 1 kg",
-            partial(of_set, PANDA, PANDA.train, PANDA.held_out),
-        ),
-        "dvrk_psm": (
-            "dVRK PSM",
-            "dvrk_psm",
-            f"{BARE}, masses that are placeholders",
-            partial(read, "dvrk_psm", "robot.toml", PSM_RUNS, ["fourier_test6"]),
-        ),
+        "emps": ("EMPS", "emps", "robot.toml, mass not stated",
+                 partial(read, "emps", "robot.toml", ["train"], ["heldout_pulses"])),
+        "tx40": ("TX40", "staubli_tx40", BARE,
+                 partial(read, "staubli_tx40", "robot.toml", ["train"], ["heldout"])),
+        "panda": ("Panda", "panda_gaz", f"{BARE}, links of 1 kg",
+                  partial(of_set, PANDA, PANDA.train, PANDA.held_out)),
+        "dvrk_psm": ("dVRK PSM", "dvrk_psm", f"{BARE}, masses that are placeholders",
+                     partial(read, "dvrk_psm", "robot.toml", PSM_RUNS, ["fourier_test6"])),
         "kr300": ("KR300", "kuka_kr300_weigand", BARE, partial(of_set, KR300, *KR300_RUNS)),
-        "kr300_drawn": (
-            "KR300, links as drawn",
-            "kuka_kr300_weigand",
-            "URDF with CAD masses stated to 10 %, an unknown body on the flange",
-            kr300_drawn,
-        ),
-        "ur10e": (
-            "UR10e",
-            "ur10e_mamedov",
-            f"{BARE}, published drive gains",
-            partial(of_set, UR10E, UR10E.train, UR10E.held_out[:2]),
-        ),
+        "kr300_drawn": ("KR300, links as drawn", "kuka_kr300_weigand",
+                        "URDF with CAD masses stated to 10 %, an unknown body on the flange", kr300_drawn),
+        "ur10e": ("UR10e", "ur10e_mamedov", f"{BARE}, published drive gains",
+                  partial(of_set, UR10E, UR10E.train, UR10E.held_out[:2])),
         "ur10e_loaded": (
-            "UR10e with a load",
-            "ur10e_mamedov",
-            "identified by exidyn without a load, inertias stated to 2 %, friction left open",
-            ur10e_loaded,
-        ),
+            "UR10e with a load", "ur10e_mamedov",
+            "identified by exidyn without a load, inertias stated to 2 %, friction left open", ur10e_loaded),
         "ur10e_calibrated": (
-            "UR10e with a load, gains calibrated",
-            "ur10e_mamedov",
+            "UR10e with a load, gains calibrated", "ur10e_mamedov",
             "identified by exidyn with a known body in one run, inertias stated to 2 %, friction left open",
-            partial(ur10e_loaded, calibrated=True),
-        ),
-        "kscale": (
-            "STS3215",
-            "kscale_sts3215",
-            "robot.toml, masses stated to 2 %, three as payloads",
-            kscale,
-        ),
-        "bam_xl330": (
-            "XL330",
-            "bam_xl330",
-            "robot.toml, mass stated to 2 %, torque per duty guessed to 50 %",
-            bam,
-        ),
-    }
+            partial(ur10e_loaded, calibrated=True)),
+        "kscale": ("STS3215", "kscale_sts3215",
+                   "robot.toml, masses stated to 2 %, three as payloads", kscale),
+        "bam_xl330": ("XL330", "bam_xl330",
+                      "robot.toml, mass stated to 2 %, torque per duty guessed to 50 %", bam),
+    }  # fmt: skip
     yield "odrive_off", odrive("nocomp", "measured")
     yield "odrive_on", odrive("comp", "setpoint")
     for key, fields in arms.items():

@@ -1,14 +1,12 @@
 """The arms that every excitation tool is given, and the judge of what they hand back.
 
-UR10 (36 base columns) and xArm 7 (43) of the package example-robot-data with their collision meshes, rigid
-bodies only. Every tool keeps to the same limits: those of the URDF less a tenth of their range at either end,
-which is what FIGAROH's UR10 example keeps clear of.
+UR10 (36 base columns) and xArm 7 (43) of the package example-robot-data, rigid bodies only. Every tool keeps
+to the same limits: those of the URDF less a tenth of their range at either end, which is what FIGAROH's UR10
+example keeps clear of.
 """
 
 import importlib.metadata
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,57 +39,24 @@ class States(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """Verdict of the judge on a trajectory.
+    """Verdict of the judge on a trajectory."""
 
-    Attributes:
-        condition: Condition number of the base regressor, columns scaled to unit length [-].
-        raw: The same without scaling [-].
-        excess: Worst excess over a limit as a share of it; not above 0 where all are kept [-].
-        where: Which limit of which joint that is.
-        collisions: Samples in which two links that are not neighbours collide; 0 where it was not asked.
-    """
-
-    condition: float
-    raw: float
-    excess: float
-    where: str
-    collisions: int
-
-    def feasible(self, collisions: bool) -> bool:
-        """Within the limits, and without colliding with itself if `collisions` count."""
-        return self.excess <= ALLOWED and not (collisions and self.collisions)
-
-    def breaches(self) -> str:
-        """What the trajectory violates, in words; empty for nothing."""
-        found = []
-        if self.excess > 1e-6:  # rounding
-            found.append(f"{100 * self.excess:.2g} % over the {self.where}")
-        if self.collisions:
-            found.append(f"collides with itself in {self.collisions} samples at {RATE:.0f} Hz")
-        return ", ".join(found)
+    condition: float  # Condition number of the base regressor, columns scaled to unit length [-]
+    excess: float  # Worst excess over a limit as a share of it; not above 0 where all are kept [-]
+    where: str  # Which limit of which joint that is
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """One arm for all tools.
+    """One arm for all tools."""
 
-    Attributes:
-        name: What to call it.
-        model: Robot and rigid bodies.
-        urdf: File of the robot.
-        packages: Folder in which the mesh files named in it are found.
-        margin: Share of each limit's range that is kept clear at either end.
-        limits: Position, velocity and torque that every tool keeps to, the margin taken off.
-        base: Which columns remain.
-    """
-
-    name: str
-    model: Model
-    urdf: Path
-    packages: Path
-    margin: float
-    limits: Limits
-    base: BaseParameters
+    name: str  # What to call it
+    model: Model  # Robot and rigid bodies
+    urdf: Path  # File of the robot
+    packages: Path  # Folder in which the mesh files named in it are found
+    margin: float  # Share of each limit's range that is kept clear at either end
+    limits: Limits  # Position, velocity and torque that every tool keeps to, the margin taken off
+    base: BaseParameters  # Which columns remain
 
     @property
     def dof(self) -> int:
@@ -114,13 +79,9 @@ class Arm:
         data = kinematics.createData()
         return np.array([pin.rnea(kinematics, data, *row) for row in zip(*states, strict=True)])
 
-    def judge(self, states: States, collisions: bool) -> Verdict:
+    def judge(self, states: States) -> Verdict:
         """Condition number and violations of a trajectory, sampled densely over its whole length."""
-        columns = self.base_regressor(states)
-        excess, where = self._worst(states)
-        raw = float(np.linalg.cond(columns))
-        touching = self.collisions(states.position) if collisions else 0
-        return Verdict(unit_condition(columns), raw, excess, where, touching)
+        return Verdict(unit_condition(self.base_regressor(states)), *self._worst(states))
 
     def _worst(self, states: States) -> tuple[float, str]:
         limits, zero = self.limits, np.zeros(self.dof)
@@ -140,57 +101,6 @@ class Arm:
         }
         where = max(over, key=lambda name: over[name])
         return over[where], where
-
-    def collisions(self, position: np.ndarray) -> int:
-        """How many of the positions (t, n) make two links collide that are not neighbours."""
-        return sum(self._touching(position))
-
-    def clear(self, position: np.ndarray) -> bool:
-        """Whether none of the positions (t, n) does; it stops at the first that does."""
-        return not any(self._touching(position))
-
-    def _touching(self, position: np.ndarray) -> Iterator[bool]:
-        kinematics, geometry = self._bodies
-        data, contact = kinematics.createData(), geometry.createData()
-        for row in position:
-            yield bool(pin.computeCollisions(kinematics, data, geometry, contact, row, True))
-
-    def clearance(self, position: np.ndarray) -> np.ndarray:
-        """Smallest distance of the convex hulls of every pair of links, negative inside; shape (pairs,) [m].
-
-        Hulls are larger than the links, but a hundred times faster than their meshes, and know how deep.
-        """
-        kinematics, hulls = self._hulls
-        data, contact = kinematics.createData(), hulls.createData()
-        nearest = np.full(len(hulls.collisionPairs), np.inf)
-        for row in position:
-            pin.computeDistances(kinematics, data, hulls, contact, row)
-            nearest = np.minimum(nearest, [found.min_distance for found in contact.distanceResults])
-        return nearest
-
-    @cached_property
-    def _hulls(self) -> tuple[pin.Model, pin.GeometryModel]:
-        kinematics, meshes = self._bodies
-        hulls = meshes.copy()
-        for body in hulls.geometryObjects:
-            if hasattr(body.geometry, "buildConvexHull"):  # boxes are their own
-                body.geometry.buildConvexHull(True, "Qt")
-                body.geometry = body.geometry.convex
-        return kinematics, hulls
-
-    @cached_property
-    def _bodies(self) -> tuple[pin.Model, pin.GeometryModel]:
-        """Kinematics and collision meshes, every two that are not on the same or on adjacent links."""
-        kinematics = pin.buildModelFromUrdf(str(self.urdf))
-        geometry = pin.buildGeomFromUrdf(
-            kinematics, str(self.urdf), pin.COLLISION, package_dirs=[str(self.packages)]
-        )
-        joints = [body.parentJoint for body in geometry.geometryObjects]
-        for first, one in enumerate(joints):
-            for second, other in enumerate(joints[:first]):
-                if one != other and kinematics.parents[one] != other and kinematics.parents[other] != one:
-                    geometry.addCollisionPair(pin.CollisionPair(second, first))
-        return kinematics, geometry
 
 
 def unit_condition(columns: np.ndarray) -> float:
@@ -224,12 +134,7 @@ ARMS = {"UR10": "ur_description/urdf/ur10_robot.urdf", "xArm 7": "xarm_descripti
 
 
 def arm_of(name: str, margin: float = MARGIN) -> Arm:
-    """An arm of `ARMS`.
-
-    Args:
-        name: Its name there.
-        margin: Share of each limit's range to keep clear at either end.
-    """
+    """An arm of `ARMS`; `margin` is the share of each limit's range to keep clear at either end."""
     urdf = robots() / ARMS[name]
     model = replace(read_model(urdf), effects=(RigidBody(),))
     limits = _within(model.robot.limits, margin)

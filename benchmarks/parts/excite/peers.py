@@ -1,10 +1,10 @@
-"""What finds an exciting trajectory without our optimiser: random search, and plain SLSQP.
+"""Searches of an exciting trajectory: random search, plain SLSQP, ours; same limits, criterion, clock.
 
-Both search Fourier series as we do, as long as FIGAROH's trajectory, with the same limits, criterion and
-clock, and with few harmonics as well as with many. Every candidate that counts is judged afterwards,
-densely, off the clock.
+All search Fourier series, as long as FIGAROH's trajectory, the first two with few harmonics as well as with
+many. Every candidate that counts is judged afterwards, densely, off the clock.
 """
 
+import contextlib
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -14,7 +14,18 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from .arm import RATE, Arm, States, Verdict
+from exidyn.identification.arm.robot import Limits
+from exidyn.trajectories.errors import Infeasible
+from exidyn.trajectories.families.fourier import Fourier
+from exidyn.trajectories.search.excite import SETTLES
+from exidyn.trajectories.search.experiment import Experiment
+from exidyn.trajectories.search.goals import Identify
+from exidyn.trajectories.search.setting import Setting
+from exidyn.trajectories.search.shrink import shrink_inside
+from exidyn.trajectories.search.solve import Search, solve
+from exidyn.trajectories.search.start import TRYING, best_of_tries, problem_of
+
+from .arm import ALLOWED, RATE, Arm, States, Verdict
 
 DURATION = 12.0
 """Length of every trajectory: six moves of two seconds in FIGAROH's UR10 example [s]."""
@@ -24,32 +35,20 @@ SEARCH_RATE = 20.0
 """Samples a second while searching, as in FIGAROH's UR10 example [Hz]."""
 CONSTRAINT_SAMPLES = 24
 """Of the limits that SLSQP sees, a period of the highest harmonic: a peak between is at most 0.9 % higher."""
-CLEARANCE_RATE = 5.0
-"""Samples a second at which SLSQP sees the clearance of the links [Hz]; FIGAROH sees one a way-point."""
-CLEARANCE = 0.01
-"""Between links that are not neighbours, FIGAROH's default, which it keeps at its way-points [m]."""
-SCREEN = 0.1
-"""Clearance beyond which it makes no difference how far links are apart [m]."""
-Clock = Callable[[], float]
+CLOCK = time.process_time
+"""Clock of all tools: CPU time of their process."""
 
 
 @dataclass(frozen=True, eq=False)
 class PeerResult:
-    """What a tool reached.
+    """What a tool reached."""
 
-    Attributes:
-        name: Which tool.
-        condition: Of the best trajectory that keeps to the limits; infinite where there is none.
-        seconds: Time it took, by the clock it was given [s].
-        history: When it first held a feasible trajectory so good: seconds, condition number.
-        note: What it did and what its best trajectory violates.
-    """
-
-    name: str
-    condition: float
-    seconds: float
+    name: str  # Which tool
+    condition: float  # Of the best trajectory that keeps to the limits; infinite where there is none
+    seconds: float  # CPU time it took [s]
+    # When it first held a feasible trajectory so good: seconds, condition number
     history: list[tuple[float, float]]
-    note: str
+    note: str  # What it did and what its best trajectory violates
 
 
 @dataclass
@@ -57,19 +56,17 @@ class Best:
     """Judges candidates in the order in which they were found, and keeps the best feasible one."""
 
     arm: Arm
-    collisions: bool
     history: list[tuple[float, float]] = field(default_factory=list)
-    states: States | None = None
     verdict: Verdict | None = None
     infeasible: int = 0
 
     def offer(self, seconds: float, states: States) -> None:
         """Judge a candidate found after so many seconds."""
-        verdict = self.arm.judge(states, self.collisions)
-        if not verdict.feasible(self.collisions):
+        verdict = self.arm.judge(states)
+        if verdict.excess > ALLOWED:
             self.infeasible += 1
         elif self.verdict is None or verdict.condition < self.verdict.condition:
-            self.states, self.verdict = states, verdict
+            self.verdict = verdict
             self.history.append((seconds, verdict.condition))
 
     def result(self, name: str, seconds: float, notes: Iterable[str]) -> PeerResult:
@@ -77,11 +74,10 @@ class Best:
         parts = [*notes]
         if self.infeasible:
             parts.append(f"{self.infeasible} candidates outside the limits")
-        if self.verdict and self.states:
-            whole = self.verdict._replace(collisions=self.arm.collisions(self.states.position))
-            parts += [f"its best: {breaches}"] if (breaches := whole.breaches()) else []
         if not self.verdict:
             parts.append("nothing feasible found")
+        elif self.verdict.excess > 1e-6:  # rounding
+            parts.append(f"its best: {100 * self.verdict.excess:.2g} % over the {self.verdict.where}")
         condition = self.verdict.condition if self.verdict else np.inf
         return PeerResult(name, condition, seconds, self.history, "; ".join(parts))
 
@@ -113,24 +109,21 @@ def random_search(
     budget_seconds: float,
     seed: int,
     harmonics: int,
-    *,
-    collisions: bool = False,
-    clock: Clock = time.perf_counter,
 ) -> PeerResult:
     """Best of as many random series, scaled into the limits, as the budget allows."""
     random, grid = np.random.default_rng(seed), Series(arm.dof, harmonics, SEARCH_RATE)
-    found, best, tried, start = [], np.inf, 0, clock()
-    while clock() - start < budget_seconds:
+    found, best, tried, start = [], np.inf, 0, CLOCK()
+    while CLOCK() - start < budget_seconds:
         tried += 1
         coefficients = random_coefficients(arm, grid, random)
         if coefficients is None:
             continue
         states = grid.at(coefficients)
         condition = arm.condition(*states)
-        if condition < best and not (collisions and not arm.clear(states.position)):
+        if condition < best:
             best = condition
-            found.append((clock() - start, coefficients))
-    return _judged("random search", arm, found, clock() - start, [f"{tried} tried"], grid, collisions)
+            found.append((CLOCK() - start, coefficients))
+    return _judged("random search", arm, found, CLOCK() - start, [f"{tried} tried"], grid)
 
 
 def random_coefficients(arm: Arm, grid: Series, random: np.random.Generator) -> np.ndarray | None:
@@ -162,21 +155,17 @@ def slsqp(
     budget_seconds: float,
     seed: int,
     harmonics: int,
-    *,
-    collisions: bool = False,
-    clock: Clock = time.perf_counter,
 ) -> PeerResult:
     """SciPy's SLSQP with two-point differences on the condition number, from random starts.
 
-    Position, velocity and torque limits are sampled inequality constraints, and so is, if `collisions`
-    count, the clearance of every pair of links; starts are clear then.
+    Position, velocity and torque limits are sampled inequality constraints.
     """
     random, grid = np.random.default_rng(seed), Series(arm.dof, harmonics, SEARCH_RATE)
     found: list[tuple[float, np.ndarray]] = []
-    start = clock()
+    start = CLOCK()
 
     def in_time(function: Callable[[np.ndarray], Any], coefficients: np.ndarray) -> Any:
-        if clock() - start > budget_seconds:  # one gradient of the clearances takes minutes
+        if CLOCK() - start > budget_seconds:
             raise _Expired
         return function(coefficients)
 
@@ -184,13 +173,13 @@ def slsqp(
         return arm.condition(*grid.at(coefficients))
 
     def keep(coefficients: np.ndarray) -> None:
-        found.append((clock() - start, coefficients.copy()))
+        found.append((CLOCK() - start, coefficients.copy()))
 
-    limits, starts, finished = _Limits(arm, harmonics, collisions), 0, 0
+    limits, starts, finished = _Limits(arm, harmonics), 0, 0
     try:
-        while clock() - start < budget_seconds:
+        while CLOCK() - start < budget_seconds:
             guess = random_coefficients(arm, grid, random)
-            if guess is None or (collisions and not arm.clear(grid.at(guess).position)):
+            if guess is None:
                 continue
             starts += 1
             keep(guess)
@@ -206,20 +195,15 @@ def slsqp(
     except _Expired:
         pass
     notes = [f"{starts} starts, {finished} of them ended, {len(found) - starts} iterations"]
-    return _judged("finite-difference SLSQP", arm, found, clock() - start, notes, grid, collisions)
+    return _judged("finite-difference SLSQP", arm, found, CLOCK() - start, notes, grid)
 
 
 class _Limits:
-    """How far position, velocity and torque are inside their limits, as shares of them, at samples.
+    """How far position, velocity and torque are inside their limits, as shares of them, at samples."""
 
-    And how far the hulls of every pair of links are apart beyond `CLEARANCE`, as a share of `SCREEN`, if
-    `collisions` count.
-    """
-
-    def __init__(self, arm: Arm, harmonics: int, collisions: bool) -> None:
+    def __init__(self, arm: Arm, harmonics: int) -> None:
         rate = CONSTRAINT_SAMPLES * harmonics / DURATION
-        self.arm, self.grid, self.collisions = arm, Series(arm.dof, harmonics, rate), collisions
-        self.clearances = slice(None, None, round(rate / CLEARANCE_RATE))
+        self.arm, self.grid = arm, Series(arm.dof, harmonics, rate)
         limits = arm.limits
         self.middle = 0.5 * (limits.position_lower + limits.position_upper)
         self.half = 0.5 * (limits.position_upper - limits.position_lower)
@@ -231,12 +215,7 @@ class _Limits:
             states.velocity / limits.velocity,
             self.arm.torque(states) / limits.torque,
         ]
-        rows = [side.ravel() for share in shares for side in (1 - share, 1 + share)]
-        if self.collisions:
-            seen = states.position[self.clearances]
-            apart = np.minimum(self.arm.clearance(seen), SCREEN)
-            rows.append((apart - CLEARANCE) / SCREEN)
-        return np.concatenate(rows)
+        return np.concatenate([side.ravel() for share in shares for side in (1 - share, 1 + share)])
 
 
 def _judged(
@@ -246,9 +225,66 @@ def _judged(
     seconds: float,
     notes: list[str],
     grid: Series,
-    collisions: bool,
 ) -> PeerResult:
-    best, dense = Best(arm, collisions), Series(arm.dof, grid.harmonics, RATE)
+    best, dense = Best(arm), Series(arm.dof, grid.harmonics, RATE)
     for when, coefficients in found:
         best.offer(when, dense.at(coefficients))
     return best.result(name, seconds, notes)
+
+
+FAR = 1e4
+"""Acceleration and jerk limits that bind nowhere [rad/s^2, rad/s^3]: the other tools know none."""
+
+
+def setting_of(arm: Arm, harmonics: int) -> tuple[Identify, Setting]:
+    """Goal and setting for the arm, without limits of acceleration and jerk."""
+    n, given = arm.dof, arm.limits
+    far = np.full(n, FAR)
+    limits = Limits(given.position_lower, given.position_upper, given.velocity, far, far * FAR, given.torque)
+    setting = Setting(limits, harmonics, (DURATION,), [], tick=1.0 / RATE)
+    return Identify(Experiment.of(arm.model)), setting
+
+
+def ours(
+    arm: Arm,
+    budget_seconds: float,
+    seed: int,
+    harmonics: int,
+) -> PeerResult:
+    """One start after another while the budget lasts, in one process; the best after the exact check."""
+    goal, setting = setting_of(arm, harmonics)
+    best, begun, starts, found = Best(arm), CLOCK(), 0, []
+    while CLOCK() - begun < budget_seconds:
+        problem, left = problem_of(goal, setting, DURATION), budget_seconds - (CLOCK() - begun)
+        drawn, curvature = best_of_tries(
+            goal, setting, problem, 1000 * seed + starts, min(TRYING * left, SETTLES), lambda: False
+        )
+        steps: list[tuple[float, np.ndarray]] = []
+
+        def note(search: Search, steps: list[tuple[float, np.ndarray]] = steps) -> None:
+            if search.unknowns is not None:
+                steps.append((CLOCK() - begun, search.unknowns))
+
+        solve(
+            problem,
+            problem.unknowns(drawn),
+            stop=lambda: CLOCK() - begun > budget_seconds,
+            report=note,
+            curvature=curvature,
+        )
+        found += [(when, problem.basis.fourier(problem.coefficients(at))[0]) for when, at in steps]
+        starts += 1
+    seconds = CLOCK() - begun
+    for when, series in found:
+        if best.verdict and arm.condition(*sampled(series)) >= best.verdict.condition:
+            continue
+        with contextlib.suppress(Infeasible):
+            kept = shrink_inside(series, goal, setting.limits, setting.clearances, setting.tick)
+            best.offer(when, sampled(kept))
+    return best.result("exidyn", seconds, [f"{starts} starts"])
+
+
+def sampled(series: Fourier) -> States:
+    """One period as the judge wants it."""
+    states = series.at(np.arange(round(DURATION * RATE)) / RATE)
+    return States(states.position, states.velocity, states.acceleration)

@@ -1,6 +1,7 @@
-"""Simulated arms: tables of bodies, their URDF and MJCF, and the efforts of a random motion."""
+"""Simulated arms, their URDF and MJCF, and right logs of them, from which each mistake is made."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,49 +12,34 @@ import numpy as np
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_text import urdf_text
+
+from .tables import Known
 
 GYRATION = 0.06
 """Radius of gyration of every body about its centre of mass, relative to the arm's scale [m]."""
 
 
 class Body(NamedTuple):
-    """One moving link, and the joint that carries it.
+    """One moving link, and the joint that carries it."""
 
-    Attributes:
-        joint: Name of the joint.
-        parent: Joint whose link carries this joint; "" for the base.
-        origin: Position of the joint in the parent's link [m].
-        axis: Axis of rotation.
-        mass: Mass of the link [kg].
-        center: Its center of mass in the joint's frame [m].
-    """
-
-    joint: str
-    parent: str
-    origin: tuple[float, float, float]
-    axis: tuple[int, int, int]
-    mass: float
-    center: tuple[float, float, float]
+    joint: str  # Name of the joint
+    parent: str  # Joint whose link carries this joint; "" for the base
+    origin: tuple[float, float, float]  # Position of the joint in the parent's link [m]
+    axis: tuple[int, int, int]  # Axis of rotation
+    mass: float  # Mass of the link [kg]
+    center: tuple[float, float, float]  # Its center of mass in the joint's frame [m]
 
 
 class Arm(NamedTuple):
-    """A table of bodies.
+    """A table of bodies."""
 
-    Attributes:
-        name: In its files.
-        bodies: Parents come before their children.
-        scale: Size of the bodies over that of a six-joint cobot [-].
-        middle: Posture about which it moves, shape (n,) [rad].
-        reach: Half of the range of each joint [rad].
-        speed: Largest permitted speed [rad/s].
-    """
-
-    name: str
-    bodies: tuple[Body, ...]
-    scale: float
-    middle: tuple[float, ...]
-    reach: float = 2.8
-    speed: float = 4.0
+    name: str  # In its files
+    bodies: tuple[Body, ...]  # Parents come before their children
+    scale: float  # Size of the bodies over that of a six-joint cobot [-]
+    middle: tuple[float, ...]  # Posture about which it moves, shape (n,) [rad]
+    reach: float = 2.8  # Half of the range of each joint [rad]
+    speed: float = 4.0  # Largest permitted speed [rad/s]
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -173,17 +159,6 @@ SIX = Arm(
     1.0,
     (0.0, 0.6, 0.9, 0.2, 0.0, 0.0),
 )
-SEVEN = Arm(
-    "seven",
-    (
-        *SIX.bodies[:2],
-        Body("elbow_roll", "joint2", (0.0, -0.1, 0.4), Z, 3.0, (0.02, 0.03, 0.1)),
-        SIX.bodies[2]._replace(parent="elbow_roll", origin=(0.0, -0.04, 0.21)),
-        *SIX.bodies[3:],
-    ),
-    1.0,
-    (0.0, 0.6, 0.0, 0.9, 0.2, 0.0, 0.0),
-)
 SERVO = Arm(
     "servo_arm",
     (
@@ -221,3 +196,151 @@ LEGS = Arm(
     (0.0, 0.9, -1.7) * 4,
     speed=12.0,
 )
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A run in SI: time (t,), the rest (t, n); velocity is None where it was not recorded."""
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray | None
+    effort: np.ndarray
+    joints: tuple[str, ...]
+    robot: str
+    gain: np.ndarray | None
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return self.position.shape[1]
+
+
+@cache
+def simulated() -> Samples:
+    """Half a minute of the built-in cobot at 500 Hz: encoders of 19 bits, 2 % noise of current, friction."""
+    model = read_model("cobot")
+    rng, n = np.random.default_rng(3), model.robot.dof
+    time = np.arange(15000) / 500.0
+    middle = [0.0, -1.5, 0.5, -1.0, 0.5, 0.0]
+    motion = fourier(middle, time, 3, 0.35)
+    rng.normal(size=(2, n, 5))  # the numbers of that motion
+    position = motion.position
+    current = model.torque(model.loaded(motion), model.nominal_values) / model.robot.drive_gain
+    current += 0.02 * current.std(axis=0) * rng.normal(size=current.shape)
+    step = 2 * np.pi / 2**19
+    position = np.round(position / step) * step
+    gain = model.robot.drive_gain
+    return Samples(time, position, motion.velocity, current, model.robot.joints, urdf_text(model), gain)
+
+
+Columns = dict[str, np.ndarray]
+"""Samples of a log by the names of its columns, each of shape (t,)."""
+EVERY = 5
+"""Samples of the simulated cobot, 500 Hz, of which one is written."""
+COUNTS = 4096
+"""Steps of a servo's encoder in a turn."""
+KP = 17.8
+"""Torque of the servo arm's servos for each radian between command and position [N m/rad]."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A right log of an arm."""
+
+    columns: Columns  # The log
+    known: Known  # What is true of it
+    arm: str  # The arm's URDF or MJCF
+    # robot.toml by which it is imported; "" to import it by `arm`, or the name of a built-in robot
+    robot: str
+    joints: tuple[str, ...]  # Names of the joints
+    effort: str = ""  # Option --effort of import
+
+    @property
+    def suffix(self) -> str:
+        """Suffix of the file of `arm`."""
+        return ".xml" if self.arm.startswith("<mujoco") else ".urdf"
+
+
+def numbered(**signals: np.ndarray) -> Columns:
+    """Columns t and others, whose joints are numbered from 1; time is (t,), the others are (t, n)."""
+    columns = {"t": signals.pop("t")}
+    for name, values in signals.items():
+        columns |= {f"{name}{joint + 1}": values[:, joint].copy() for joint in range(values.shape[1])}
+    return columns
+
+
+def _known(dof: int, effort: str, column: str, gain: np.ndarray | None, velocity: str = "") -> Known:
+    names = {"position": "q", effort: column}
+    columns = {signal: [f"{name}{j + 1}" for j in range(dof)] for signal, name in names.items()}
+    return Known("s", "rad", velocity, effort, gain, {"time": ["t"], **columns})
+
+
+@cache
+def cobot() -> Scene:
+    """Half a minute of the built-in cobot with currents, at 100 Hz, whose drive gains robot.toml states."""
+    run = simulated()
+    velocity = np.gradient(run.position, run.time, axis=0)
+    rows = slice(None, None, EVERY)
+    columns = numbered(t=run.time[rows], q=run.position[rows], dq=velocity[rows], i=run.effort[rows])
+    known = _known(run.dof, "current", "i", run.gain, "rad")
+    return Scene(columns, known, run.robot, "cobot", run.joints)
+
+
+def joint_torques(
+    arm: Arm, seconds: float, rate: float, size: float, seed: int, gravity: bool = True
+) -> Scene:
+    """A log of joint torques of an arm."""
+    motion = fourier(arm.middle, np.arange(0.0, seconds, 1 / rate), seed, size)
+    columns = numbered(t=motion.time, q=motion.position, tau=torques(arm, motion, gravity))
+    known = _known(len(arm.bodies), "torque", "tau", np.ones(len(arm.bodies)))
+    return Scene(columns, known, arm.urdf(), "", arm.joints)
+
+
+@cache
+def six() -> Scene:
+    """Half a minute of a six-joint arm with joint torques, at 100 Hz."""
+    return joint_torques(SIX, 30.0, 100.0, 0.35, seed=3)
+
+
+@cache
+def legs() -> Scene:
+    """A quadruped whose trunk hangs, with joint torques: 1,000 samples of twelve joints."""
+    return joint_torques(LEGS, 10.0, 100.0, 0.25, seed=5)
+
+
+def followed(seed: int, seconds: float = 40.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (t,), positions and commands (t, n) of the servo arm, whose servos hold q by kp alone."""
+    motion = fourier(SERVO.middle, np.arange(0.0, seconds, 0.02), seed, 0.3)
+    command = motion.position + torques(SERVO, motion, rotor=0.2) / KP
+    step = 2 * np.pi / COUNTS
+    return motion.time, *(np.round(values / step) * step for values in (motion.position, command))
+
+
+SERVO_TOML = f"""format = 1
+urdf = "arm.urdf"
+[drive]
+gain = {KP}
+servo_gain = 1
+"""
+
+
+@cache
+def servos() -> Scene:
+    """A servo arm without effort: positions and commands, 50 Hz."""
+    time, position, command = followed(seed=2)
+    n = position.shape[1]
+    known = _known(n, "command", "q_ref", np.full(n, KP))
+    columns = numbered(t=time, q=position, q_ref=command)
+    return Scene(columns, known, SERVO.urdf(), SERVO_TOML, SERVO.joints, "command")
+
+
+SCENES: dict[str, Callable[[], Scene]] = {"cobot": cobot, "six": six, "legs": legs, "servos": servos}
+"""Right logs by name."""
+
+
+def built_in_urdf(name: str) -> str:
+    """A built-in robot as a URDF."""
+    from exidyn.identification.robot_files.robot_text import urdf_text
+
+    return urdf_text(read_model(name))

@@ -1,15 +1,55 @@
-"""Files as other people's libraries write them, from recordings whose units are known."""
+"""Logs to begin from: public recordings, a simulated one, files of other libraries."""
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
-from .known import Known
-from .logs import Log, Samples, recorded, simulated
+from exidyn.identification.robot_files.robot_file import read_model
+
+from .arms import Samples, simulated
+from .sets import SETS, Known, RealSet
+
+
+@dataclass(frozen=True)
+class Log:
+    """A log."""
+
+    name: str  # In the tables
+    # Writes it into a folder; returns the log, the robot's file, and what is true
+    make: Callable[[Path], tuple[Path, Path, Known]]
+
+
+def public() -> list[Log]:
+    """One run of each public set."""
+    sets = [data for data in SETS if data.path.exists() and not data.drive.startswith("[drive]\ngain")]
+    return [Log(f"{data.folder}/{data.runs[0]}", partial(_copied, data)) for data in sets]
+
+
+def _copied(data: RealSet, folder: Path) -> tuple[Path, Path, Known]:
+    return *data.copy(data.runs[0], folder), data.known(data.runs[0])
+
+
+@cache
+def recorded(folder: str) -> Samples:
+    """The first run of a data set, in SI."""
+    data = next(data for data in SETS if data.folder == folder)
+    table, known = data.table(data.runs[0]), data.known(data.runs[0])
+    columns = {name: table.values[:, place] for place, name in enumerate(table.names)}
+    position, column = (
+        np.column_stack([columns[name] for name in known.columns[signal]])
+        for signal in ("position", data.effort)
+    )
+    speeds = [name.replace("q", "dq") for name in known.columns["position"]]
+    velocity = np.column_stack([columns[name] for name in speeds]) if known.velocity else None
+    arm = data.path / data.robot
+    return Samples(
+        columns["t"], position, velocity, column, read_model(arm).robot.joints, arm.read_text(), data.gain
+    )
+
 
 Write = Callable[[Samples, Path], tuple[Path, Known]]
 

@@ -1,16 +1,26 @@
 """Recordings of real arms with weighed payloads.
 
 UR10e: the drive gains come from one payload, and the other one is identified; or only from published gains.
-STS3215: a servo swings weighed masses at a known distance; the lightest is the empty arm.
-XL330: a servo with one weighed mass and no empty arm, whose gain is known to 50 %.
+STS3215: a servo swings weighed masses at a known distance; the lightest is the empty arm. XL330: a servo with
+one weighed mass and no empty arm, whose gain is known to 50 %. KR270: the payload of `exidyn example`, 175 kg
+on a simulated arm whose stated drive gains are 10 % too large; its commands plan and record the runs, and the
+payload is then weighed without its stated mass.
 """
 
+import contextlib
+import io
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from exidyn.acquire.command_line import main
+from exidyn.acquire.examples import example_gains
+from exidyn.acquire.examples.example_arm import MASS
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.effects.rigid_body import with_bodies
 from exidyn.identification.fit.identification import identify
@@ -114,3 +124,40 @@ def score(result: PayloadEstimate, mass: float) -> dict[str, Any]:
         "holds": result.mass.holds(mass),
         "check": result.check.passed,
     }
+
+
+SECONDS = 20.0
+"""Duration of the motion: what the aim allows for weighing [s]."""
+RECORDED = ("unloaded", "loaded")
+
+
+@cache
+def runs() -> tuple[Recording, Recording]:
+    """The run without the payload, and the one with it, whose stated payload is removed."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        example_gains.arm().write(folder)
+        for step in example_gains.steps(folder, SECONDS, None):
+            output = Path(step.arguments[step.arguments.index("--output") + 1])
+            if output.stem in ("trajectory", *RECORDED):
+                with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                    if code := main([step.command, *step.arguments]):
+                        raise RuntimeError(f"{step}: exit code {code}")
+        empty, loaded = (import_source(folder / f"{name}.mcap", None)[0] for name in RECORDED)
+    return empty, replace(loaded, payload=None)
+
+
+def example_cases() -> dict[str, Callable[[], dict[str, Any]]]:
+    """Name -> function that identifies the payload."""
+    return {
+        f"KR270 example, {MASS:g} kg, {way}": lambda w=way: weighed(w)
+        for way in (FIT, DIFFERENCE, DESCRIPTION)
+    }
+
+
+def weighed(way: str) -> dict[str, Any]:
+    """The payload, by what is known of the arm."""
+    empty, loaded = runs()
+    if way == FIT:
+        return score(weigh([loaded], fit=identify([empty])), MASS)
+    return score(weigh([loaded], empty=[empty] if way == DIFFERENCE else []), MASS)

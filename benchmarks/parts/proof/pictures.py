@@ -32,9 +32,7 @@ LETTER = 6.2
 def budget_picture(one: dict[str, Any], unit: str) -> str:
     """The misfit of each joint as a bar of 100 %: named, undecided, what it depends on, noise.
 
-    Args:
-        one: Answer of a set.
-        unit: Of all joints, or of each, with commas between.
+    `unit` is that of all joints, or of each, with commas between.
     """
     found, joints = one["budget"], one["joints"]
     parts = coloured([share for share in found["shares"] if max(share["shares"]) >= LEAST])

@@ -4,17 +4,11 @@ from typing import NamedTuple
 
 
 class About(NamedTuple):
-    """A set on the page.
+    """A set on the page."""
 
-    Attributes:
-        heading: Of its section.
-        what: Machine and recordings, in sentences.
-        unit: Of its misfit.
-    """
-
-    heading: str
-    what: str
-    unit: str = "N m"
+    heading: str  # Of its section
+    what: str  # Machine and recordings, in sentences
+    unit: str = "N m"  # Of its misfit
 
 
 ABOUT = {

@@ -25,17 +25,12 @@ LAWS = ("coulomb_friction", "hysteresis")
 
 
 class Recipe(NamedTuple):
-    """What is chosen by cross-validation.
+    """What is chosen by cross-validation."""
 
-    Attributes:
-        laws: Key of `EFFECTS` of each joint's dry friction.
-        standstill: Speed from which on a joint slides, in the fit [rad/s]; None for `prepare`'s own.
-        tolerance: Relative standard deviation of the inertias before the data; None for no prior.
-    """
-
-    laws: tuple[str, ...]
+    laws: tuple[str, ...]  # Key of `EFFECTS` of each joint's dry friction
+    # Speed from which on a joint slides, in the fit [rad/s]; None for `prepare`'s own
     standstill: float | None
-    tolerance: float | None
+    tolerance: float | None  # Relative standard deviation of the inertias before the data; None for no prior
 
     @property
     def words(self) -> list[str]:
@@ -88,19 +83,12 @@ def estimator_of(recipe: Recipe) -> Estimator:
 
 
 class Compared(NamedTuple):
-    """One run in the README's manner; what any estimate leaves of it is then one product.
+    """One run in the README's manner; what any estimate leaves of it is then one product."""
 
-    Attributes:
-        columns: Base regressor behind the low-pass, thinned out, shape (r, n, b) [N m / unit].
-        known: Known torque, alike, shape (r, n) [N m].
-        torque: Measured torque, alike, shape (r, n) [N m].
-        counts: Whether the joint moves, shape (r, n).
-    """
-
-    columns: np.ndarray
-    known: np.ndarray
-    torque: np.ndarray
-    counts: np.ndarray
+    columns: np.ndarray  # Base regressor behind the low-pass, thinned out, shape (r, n, b) [N m / unit]
+    known: np.ndarray  # Known torque, alike, shape (r, n) [N m]
+    torque: np.ndarray  # Measured torque, alike, shape (r, n) [N m]
+    counts: np.ndarray  # Whether the joint moves, shape (r, n)
 
     @classmethod
     def of(cls, fit: Fit, recording: Recording, data: DataSet) -> "Compared":

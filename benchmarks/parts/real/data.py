@@ -34,33 +34,20 @@ KR300_TURNS = np.array([256.857, 267.429, 252.333, 221.0, 239.619, 154.323])
 
 @dataclass(frozen=True, eq=False)
 class DataSet:
-    """One arm's recordings, split as in its README.
+    """One arm's recordings, split as in its README."""
 
-    Attributes:
-        key: Name in the figures.
-        urdf: Path of the robot's description in the folder.
-        train: Names of the runs to fit.
-        held_out: Names of the runs that are only predicted.
-        yardstick: Relative residual of the README's plain least squares, a row a held-out run [-].
-        rate: Sample rate [Hz].
-        cutoff: Low-pass through which the README compares torques [Hz].
-        moving: Low-passed speed above which the README counts a sample of a joint [rad/s].
-        weighed: Whether the description holds inertias that can be trusted.
-        drives: What the description does not state of the drives, fields of `Robot`.
-        options: Of the importer.
-    """
-
-    key: str
-    urdf: str
-    train: tuple[str, ...]
-    held_out: tuple[str, ...]
-    yardstick: np.ndarray
-    rate: float
-    cutoff: float
-    moving: float
-    weighed: bool = True
+    key: str  # Name in the figures
+    urdf: str  # Path of the robot's description in the folder
+    train: tuple[str, ...]  # Names of the runs to fit
+    held_out: tuple[str, ...]  # Names of the runs that are only predicted
+    yardstick: np.ndarray  # Relative residual of the README's plain least squares, a row a held-out run [-]
+    rate: float  # Sample rate [Hz]
+    cutoff: float  # Low-pass through which the README compares torques [Hz]
+    moving: float  # Low-passed speed above which the README counts a sample of a joint [rad/s]
+    weighed: bool = True  # Whether the description holds inertias that can be trusted
+    # What the description does not state of the drives, fields of `Robot`
     drives: dict[str, Any] = field(default_factory=dict)
-    options: dict[str, Any] = field(default_factory=dict)
+    options: dict[str, Any] = field(default_factory=dict)  # Of the importer
 
     @property
     def filtering(self) -> Filtering:
@@ -99,55 +86,34 @@ def thirds(run: Recording) -> list[Recording]:
 
 
 UR10E = DataSet(
-    key="ur10e",
-    urdf="ur10e_mamedov/ur10e.urdf",
+    key="ur10e", urdf="ur10e_mamedov/ur10e.urdf", rate=100.0, cutoff=8.0, moving=0.03,
     train=(
-        "id_ur-20_02_05-20sec_12harm",
-        "id_ur-20_02_06-20sec_10harm",
-        "id_ur-20_02_10-30sec_12harm",
-        "id_ur-20_02_12-40sec_12harm",
-        "id_ur-20_02_19_15harm50sec",
+        "id_ur-20_02_05-20sec_12harm", "id_ur-20_02_06-20sec_10harm", "id_ur-20_02_10-30sec_12harm",
+        "id_ur-20_02_12-40sec_12harm", "id_ur-20_02_19_15harm50sec",
     ),
     held_out=("id_ur-20_02_12-50sec_12harm", "id_ur-20_02_19_14harm50sec", "val_ur-20_01_17-ptp_10_points"),
-    yardstick=np.array(
-        [
-            [0.053, 0.043, 0.038, 0.034, 0.045, 0.035],
-            [0.062, 0.033, 0.038, 0.035, 0.053, 0.044],
-            [0.081, 0.038, 0.028, 0.032, 0.060, 0.051],
-        ]
-    ),
-    rate=100.0,
-    cutoff=8.0,
-    moving=0.03,
+    yardstick=np.array([
+        [0.053, 0.043, 0.038, 0.034, 0.045, 0.035],
+        [0.062, 0.033, 0.038, 0.035, 0.053, 0.044],
+        [0.081, 0.038, 0.028, 0.032, 0.060, 0.051],
+    ]),
     drives={"drive_gain": DE_LUCA, "drive_gain_tolerance": PUBLISHED},
-)
+)  # fmt: skip
 KR300 = DataSet(
-    key="kr300",
-    urdf="kuka_kr300_weigand/kr300.urdf",
+    key="kr300", urdf="kuka_kr300_weigand/kr300.urdf", rate=250.0, cutoff=10.0, moving=0.01,
     train=("2020-10-21_A", "2020-10-21_C"),
     held_out=("2020-10-21_B", "2020-10-16_A", "2020-10-19_B", "2020-10-19_C"),
-    yardstick=np.array(
-        [
-            [0.069, 0.063, 0.038, 0.186, 0.080, 0.168],
-            [0.082, 0.068, 0.039, 0.200, 0.043, 0.078],
-            [0.098, 0.063, 0.036, 0.225, 0.093, 0.149],
-            [0.090, 0.052, 0.038, 0.127, 0.068, 0.086],
-        ]
-    ),
-    rate=250.0,
-    cutoff=10.0,
-    moving=0.01,
-    drives={"gear_ratio": KR300_TURNS},
-    options={"motor_side": ("torque",)},
-)
+    yardstick=np.array([
+        [0.069, 0.063, 0.038, 0.186, 0.080, 0.168],
+        [0.082, 0.068, 0.039, 0.200, 0.043, 0.078],
+        [0.098, 0.063, 0.036, 0.225, 0.093, 0.149],
+        [0.090, 0.052, 0.038, 0.127, 0.068, 0.086],
+    ]),
+    drives={"gear_ratio": KR300_TURNS}, options={"motor_side": ("torque",)},
+)  # fmt: skip
 PANDA = DataSet(
-    key="panda",
-    urdf="panda_gaz/panda.urdf",
-    train=("traj1[:2/3]",),
-    held_out=("traj1[2/3:]",),
+    key="panda", urdf="panda_gaz/panda.urdf", rate=1000.0, cutoff=8.0, moving=0.02,
+    train=("traj1[:2/3]",), held_out=("traj1[2/3:]",),
     yardstick=np.array([[0.067, 0.012, 0.024, 0.010, 0.068, 0.027, 0.153]]),
-    rate=1000.0,
-    cutoff=8.0,
-    moving=0.02,
     weighed=False,  # 1 kg a link, to have something there
-)
+)  # fmt: skip

@@ -18,7 +18,7 @@ from exidyn.drivers import Driver
 from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 from exidyn.identification.simulation.plant import typical_plant
 
-from .motion import COBOT, FR3, MODEL, ROBOT, BenchArm
+from .run import FR3, MODEL, ROBOT, START
 
 PRIORITY = 70
 """Of the peers, below the loop: a controller has a processor of its own, and these share ours."""
@@ -28,7 +28,6 @@ FEETECH_CYCLE = 0.0025
 """What six servos need on a line of 1 Mbaud, in halves of a millisecond [s]."""
 FRANKA_BUFFER = 0.03
 """Of commands [s]; the monitors of a run bear 0.05."""
-SEVEN = "mock of seven joints"
 
 CURRENT_RANGE = 40.0
 """Largest value in an answer of a MIT motor: twice the largest current of the arm [A]."""
@@ -42,15 +41,11 @@ class Controlled(NamedTuple):
     peer: Peer | None
 
 
-def _mock(arm: BenchArm) -> Any:
-    @contextmanager
-    def mock(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
-        """The simulated arm on the host's own clock."""
-        given = {"clock": "real", **settings}
-        plant = lambda: typical_plant(arm.model, arm.start)  # noqa: E731
-        yield Controlled(make_driver("mock", given, arm.model.robot, plant), None)
-
-    return mock
+@contextmanager
+def mock(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]) -> Iterator[Controlled]:
+    """The simulated arm on the host's own clock."""
+    plant = lambda: typical_plant(MODEL, START)  # noqa: E731
+    yield Controlled(make_driver("mock", {"clock": "real", **settings}, MODEL.robot, plant), None)
 
 
 @contextmanager
@@ -114,7 +109,7 @@ def _feetech(address: str) -> dict[str, Any]:
 
 
 CONTROLLERS: dict[str, Any] = {
-    "mock": _mock(COBOT),
+    "mock": mock,
     "kuka_rsi": kuka_rsi,
     "ur_rtde": _on_a_bus("ur_controller.py", "ur_rtde", ur_settings, "--fifo", str(PRIORITY)),
     "franka": franka,
@@ -125,17 +120,13 @@ CONTROLLERS: dict[str, Any] = {
 }
 
 
-ARMS = {"franka": FR3, SEVEN: FR3}
+ARMS = {"franka": FR3}
 """Of drivers that move another arm than the cobot."""
 
 
 def controller(name: str, folder: Path, *arguments: str, **settings: Any) -> Any:
     """A driver and its peer, as a context manager that gives a `Controlled`.
 
-    Args:
-        name: Of the driver, or `SEVEN`.
-        folder: Where files of theirs may go.
-        arguments: More of the peer's command line.
-        settings: Of the driver, other than those that fit the peer.
+    `arguments` are more of the peer's command line, `settings` other ones of the driver than usual.
     """
-    return (_mock(FR3) if name == SEVEN else CONTROLLERS[name])(folder, settings, arguments)
+    return CONTROLLERS[name](folder, settings, arguments)

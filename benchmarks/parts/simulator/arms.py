@@ -1,25 +1,181 @@
 """24 real arms: six models as users have them, four arms of each, the same every time.
 
-Three of them have nothing concealed, so every number that is changed there is changed for nothing. The
-values of the others are drawn with the name of the arm as the seed. Half of the logs hold the motors'
-torque; the others hold commands and positions alone, some at 50 Hz as of hobby servos.
+Three of them have nothing concealed, so every number that is changed there is changed for nothing. The values
+of the others are drawn with the name of the arm as the seed, large enough to matter and no arm absurd. Half
+of the logs hold the motors' torque; the others hold commands and positions alone, some at 50 Hz as of hobby
+servos. A servo at its limit lags behind, and so stays there longer: the limit is searched with the whole arm.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
+from exidyn.identification.arm.robot import Limits
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.model import Model
+from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
+from exidyn.trajectories.random_motion import random_fourier
 
 from .concealed import described
-from .draws import Usual, drawn
-from .motions import FAST
-from .physics import Item
-from .real_arm import RealArm
-from .saturation import sizing_motion, with_limits
+from .real_arm import Item, Motion, RealArm, Values, temperature
+
+
+class Usual(NamedTuple):
+    """What one joint of the original file does in a random motion."""
+
+    torque: float  # RMS torque of the motor [N m]
+    # Smallest torque that counts as friction of its size: the file's own, or a share of `torque` [N m]
+    friction: float
+    velocity: float  # RMS velocity [rad/s]
+    inertia: float  # Inertia that the joint moves at the file's reference pose, with the rotor [kg m^2]
+
+
+Draw = Callable[[np.random.Generator, Usual], Values]
+
+
+def _factor(draw: np.random.Generator, lower: float, upper: float) -> float:
+    """A factor between two, or its inverse."""
+    return float(draw.uniform(lower, upper) ** draw.choice((-1.0, 1.0)))
+
+
+DRAWS: dict[str, Draw] = {
+    "delay": lambda draw, usual: {"seconds": draw.uniform(0.005, 0.045)},
+    "kp": lambda draw, usual: {"factor": _factor(draw, 1.3, 2.0)},
+    "kv": lambda draw, usual: {"factor": _factor(draw, 1.4, 2.0)},
+    "forcerange": lambda draw, usual: {"saturated": draw.uniform(0.03, 0.06)},
+    "coulomb": lambda draw, usual: {"frictionloss": draw.uniform(1.0, 2.0) * usual.friction},
+    "viscous": lambda draw, usual: {"damping": draw.uniform(0.7, 1.5) * usual.friction / usual.velocity},
+    "armature": lambda draw, usual: {"armature": draw.uniform(0.5, 1.0) * usual.inertia},
+    "stribeck": lambda draw, usual: {
+        "torque": draw.uniform(1.5, 2.5) * usual.friction, "velocity": draw.uniform(0.08, 0.2),
+    },
+    "load": lambda draw, usual: {"mu": draw.uniform(0.1, 0.25)},
+    "thermal": lambda draw, usual: {
+        "damping": draw.uniform(1.5, 2.5) * usual.friction / usual.velocity,
+        "beta": draw.uniform(0.04, 0.06), "rise": draw.uniform(15.0, 25.0), "tau": draw.uniform(6.0, 10.0),
+    },
+    "cable": lambda draw, usual: {
+        "stiffness": draw.uniform(0.8, 1.2) * usual.friction, "reference": draw.uniform(-0.5, 0.5),
+        "ripple": draw.uniform(0.5, 1.0) * usual.friction, "waves": float(draw.integers(6, 12)),
+    },
+    "spring": lambda draw, usual: {
+        "stiffness": draw.uniform(0.2, 0.4) * usual.torque, "reference": draw.uniform(-0.5, 0.5),
+    },
+    "mass": lambda draw, usual: {"factor": draw.uniform(1.25, 1.6)},
+    "tilt": lambda draw, usual: {
+        "angle": np.radians(draw.uniform(3.0, 6.0)), "direction": draw.uniform(-np.pi, np.pi),
+    },
+    "gravcomp": lambda draw, usual: {"share": draw.uniform(0.7, 0.85)},
+}  # fmt: skip
+"""Kind of an item -> how its values are drawn. A thermal arm loses half of its warm-up friction in a run."""
+
+
+def drawn(kind: str, joints: tuple[int, ...], usual: list[Usual], draw: Any) -> Item:
+    """An item with values of the size that suits its first joint."""
+    return Item(kind, joints, DRAWS[kind](draw, usual[joints[0] if joints else 0]))
+
+
+SECONDS = 20.0
+"""Duration of the motions that size items [s]."""
+BISECTIONS = 7
+REACHED = 0.999
+"""Share of the limit that counts as the limit: torques are means over samples."""
+
+
+def with_limits(path: Path, nominal: Model, items: list[Item]) -> tuple[Item, ...]:
+    """Items in which the share of saturated samples, where there is any, has become a limit [N m]."""
+    for index, item in enumerate(items):
+        if item.kind == "forcerange":
+            others = [*items[:index], *items[index + 1 :]]
+            items[index] = _limited(path, nominal, item, others)
+    return tuple(items)
+
+
+def _limited(path: Path, nominal: Model, item: Item, others: list[Item]) -> Item:
+    """The item with the limit that an arm with these other items reaches in the item's share of samples."""
+    [joint], joints = item.joints, nominal.robot.joints
+    unlimited = sizing_motion(RealArm(path, joints, others), nominal)
+    lower, upper = 0.0, float(np.max(np.abs(unlimited.torque[:, joint])))
+    for _ in range(BISECTIONS):
+        limit = 0.5 * (lower + upper)
+        arm = RealArm(path, joints, [*others, item._replace(values={"limit": limit})])
+        too_low = _saturated(arm, nominal, joint, limit) > item.values["saturated"]
+        lower, upper = (limit, upper) if too_low else (lower, limit)
+    return item._replace(values={"limit": upper})
+
+
+def _saturated(arm: RealArm, nominal: Model, joint: int, limit: float) -> float:
+    """Share of the samples of all motions at the limit of a servo [-]."""
+    motions = [sizing_motion(arm, nominal, seed) for seed in SEEDS.values()]
+    torques = np.concatenate([np.abs(motion.torque[:, joint]) for motion in motions])
+    return float(np.mean(torques > REACHED * limit))
+
+
+def sizing_motion(arm: RealArm, nominal: Model, seed: int = 0) -> Motion:
+    """The random motion of an arm by which items are sized."""
+    return arm.follow(*commands(nominal.robot.limits, SECONDS, 1.0 / FAST, seed))
+
+
+if TYPE_CHECKING:
+    from .arms import Arm
+
+FAST = 250.0
+"""Sampling rate of industrial controllers [Hz]."""
+TORQUE_NOISE = 0.01
+"""Standard deviation of the logged torque over its rms [-]."""
+SEEDS = {"identify": 0, HELD_OUT: 1, "third": 2}
+"""Motion by its role: exidyn fits the first and decides by the second; the third judges."""
+KELVIN = 0.1
+"""Resolution of logged temperatures [K]."""
+
+
+def commands(limits: Limits, seconds: float, period: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (t,) [s] and random commands (t, n) [rad] within limits."""
+    time = np.arange(0.0, seconds, period)
+    return time, random_fourier(limits, seconds, seed=seed).at(time).position
+
+
+def moved(arm: "Arm", seconds: float, seed: int) -> Motion:
+    """A random motion of a real arm."""
+    return arm.real().follow(*commands(arm.nominal.robot.limits, seconds, 1.0 / arm.rate, seed))
+
+
+def logged(arm: "Arm", motion: Motion, seed: int, name: str) -> Recording:
+    """The log of a motion, as the arm's controller writes it."""
+    random = np.random.default_rng(seed)
+    torque = motion.torque + TORQUE_NOISE * np.sqrt(np.mean(motion.torque**2, axis=0)) * random.normal(
+        size=motion.torque.shape
+    )
+    values = {
+        "position": np.round(motion.position / arm.encoder) * arm.encoder,
+        "command": motion.command,
+        "torque": torque,
+    }
+    if arm.temperature:
+        values["temperature"] = _temperatures(arm, motion.time)
+    signals = {key: Signal(motion.time, value) for key, value in values.items()}
+    run = Recording(name, arm.nominal, signals)
+    return run if arm.log == "torque" else commands_alone(run)
+
+
+def commands_alone(run: Recording) -> Recording:
+    """The log without torque, as `exidyn import --effort command` reads it."""
+    servo = servo_of(run.robot, None, None)
+    signals = {name: signal for name, signal in run.signals.items() if name != "torque"}
+    signals = with_servo_error(signals, servo, run.name)
+    return Recording(run.name, run.model, signals, settings=dict(run.settings) | {LAW: servo_words(servo)})
+
+
+def _temperatures(arm: "Arm", time: np.ndarray) -> np.ndarray:
+    """Temperatures of all motors (t, n) [degC]; they warm alike."""
+    [values] = [item.values for item in arm.items if item.kind == "thermal"]
+    rounded = np.round(temperature(values, time) / KELVIN) * KELVIN
+    return np.repeat(rounded[:, None], arm.nominal.robot.dof, axis=1)
+
 
 TORQUE, COMMANDS = "torque", "commands"
 SLOW = 50.0
@@ -31,25 +187,15 @@ COARSE = ("dynamixel_2r", "so_arm100")
 
 
 class Arm(NamedTuple):
-    """A real arm and the logs that it leaves.
+    """A real arm and the logs that it leaves."""
 
-    Attributes:
-        name: Name of the arm.
-        path: Path of the user's file.
-        nominal: What the file describes.
-        items: What is concealed.
-        log: Effort of its logs, `TORQUE` or `COMMANDS`.
-        rate: Sampling rate [Hz].
-        temperature: Whether logs hold the motors' temperatures.
-    """
-
-    name: str
-    path: Path
-    nominal: Model
-    items: tuple[Item, ...]
-    log: str
-    rate: float = FAST
-    temperature: bool = False
+    name: str  # Name of the arm
+    path: Path  # Path of the user's file
+    nominal: Model  # What the file describes
+    items: tuple[Item, ...]  # What is concealed
+    log: str  # Effort of its logs, `TORQUE` or `COMMANDS`
+    rate: float = FAST  # Sampling rate [Hz]
+    temperature: bool = False  # Whether logs hold the motors' temperatures
 
     @property
     def encoder(self) -> float:

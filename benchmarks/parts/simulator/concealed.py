@@ -39,20 +39,14 @@ REACH = 1.2
 
 
 class Case(NamedTuple):
-    """A real arm, and what its file does not have.
+    """A real arm, and what its file does not have."""
 
-    Attributes:
-        name: Of the case.
-        path: Of the file.
-        nominal: What the file describes.
-        real: The same with what is concealed; None where the file is the real arm, as MuJoCo has it.
-        concealed: Names of effects and joints, from 0, that a diagnosis has to name.
-    """
-
-    name: str
-    path: Path
-    nominal: Model
+    name: str  # Of the case
+    path: Path  # Of the file
+    nominal: Model  # What the file describes
+    # The same with what is concealed; None where the file is the real arm, as MuJoCo has it
     real: Model | None
+    # Names of effects and joints, from 0, that a diagnosis has to name
     concealed: tuple[tuple[str, int], ...]
 
 

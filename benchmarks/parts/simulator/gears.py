@@ -56,19 +56,12 @@ HORIZON = 1
 
 
 class Case(NamedTuple):
-    """A joint whose gear gives way.
+    """A joint whose gear gives way."""
 
-    Attributes:
-        joint: Its name.
-        axis: Of the shoulder.
-        resonance: Of the link on the gear [Hz]; 0 for a gear with play.
-        play: Whole width [rad].
-    """
-
-    joint: str
-    axis: str
-    resonance: float = 0.0
-    play: float = 0.0
+    joint: str  # Its name
+    axis: str  # Of the shoulder
+    resonance: float = 0.0  # Of the link on the gear [Hz]; 0 for a gear with play
+    play: float = 0.0  # Whole width [rad]
 
 
 CASES = {

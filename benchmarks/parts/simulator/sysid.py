@@ -28,14 +28,12 @@ from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import Recording
 
-from .answers import said
-from .arms import TORQUE, Arm
+from .arms import SEEDS, TORQUE, Arm, logged, moved
 from .concealed import described
-from .effect_arms import COULOMB, usual_torque
-from .judge import tool_error
-from .motions import SEEDS, logged, moved
-from .physics import Item, set_number
-from .real_arm import places_of
+from .concealed_gap import tool_error
+from .real_arm import Item, places_of, set_number
+from .score import said
+from .speed import COULOMB, usual_torque
 
 MODELS = ("ur10e", "panda_nohand", "iiwa14")
 """Models whose servos state a damping: one by `dampratio` would change with the armature."""

@@ -1,17 +1,12 @@
-"""Diagnosis: findings, what remains unexplained, and what the findings improve.
+"""Diagnosis: findings, what remains unexplained, and what the findings improve."""
 
-Verdict, model and page come from higher layers, which are therefore imported only when asked for.
-"""
-
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from ...errors import ExidynError
+from ...model import Model
 from ...notebook import InNotebook, counted, optional
 from ...result_file import NOT_IN_FILE
 from ...schema import Number, Real
@@ -20,46 +15,31 @@ from .finding import Finding
 from .residuals import Budget, Change, Hinted, Located, Remainder
 
 if TYPE_CHECKING:
-    from ...model import Model
+    from pathlib import Path
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A time at which a run differs from the model as at no other.
+    """A time at which a run differs from the model as at no other."""
 
-    Attributes:
-        run: Name of the run.
-        start: Beginning, in the run's time [s].
-        end: End [s].
-        joints: Joints that differ, from 0.
-        direction: Direction of the force on the flange that explains most of it, in the base's axes, shape
-            (3,) [-]; NaN where one joint alone differs.
-        force: Size of that force [N].
-    """
-
-    run: str
-    start: Real
-    end: Real
-    joints: tuple[int, ...]
+    run: str  # name of the run
+    start: Real  # beginning, in the run's time [s]
+    end: Real  # end [s]
+    joints: tuple[int, ...]  # joints that differ, from 0
+    # Direction of the force on the flange that explains most of it, in the base's axes, shape (3,) [-]; NaN
+    # where one joint alone differs.
     direction: np.ndarray
-    force: Real
+    force: Real  # size of that force [N]
 
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """How a simulated run agrees with its recording.
+    """How a simulated run agrees with its recording."""
 
-    Attributes:
-        run: Name of the run.
-        torque_rms_before: Simulated minus recorded torque of the nominal arm, shape (n,) [N m].
-        torque_rms_after: Simulated minus recorded torque of the arm with findings, shape (n,) [N m].
-        left_out: Effects of findings that the simulation does not contain.
-    """
-
-    run: str
-    torque_rms_before: np.ndarray
-    torque_rms_after: np.ndarray
-    left_out: tuple[str, ...]
+    run: str  # name of the run
+    torque_rms_before: np.ndarray  # simulated minus recorded torque of the nominal arm, shape (n,) [N m]
+    torque_rms_after: np.ndarray  # simulated minus recorded torque of the arm with findings, shape (n,) [N m]
+    left_out: tuple[str, ...]  # effects of findings that the simulation does not contain
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -121,6 +101,14 @@ class Diagnosis(InNotebook):
     simulated: Simulated | None = None
     evidence: Evidence | None = field(default=None, metadata=NOT_IN_FILE)
 
+    if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
+        verdict: ClassVar[str]
+        model: ClassVar[Model]
+
+        def to_json(self) -> dict[str, Any]: ...
+        def save(self, path: Path | str) -> Path: ...
+        def report(self, path: Path | str) -> Path: ...
+
     @property
     def all_findings(self) -> tuple[Finding, ...]:
         """Findings, undecided ones last."""
@@ -131,39 +119,6 @@ class Diagnosis(InNotebook):
         """Whether something is missing that has no name here."""
         unnamed = [finding for finding in self.undecided if not finding.family]
         return bool(self.remainders or unnamed) or not all(finding.listed for finding in self.findings)
-
-    @property
-    def verdict(self) -> str:
-        """Missing effects and their certainty, in sentences."""
-        from ..words.verdict import verdict
-
-        return "\n".join(verdict(self))
-
-    @property
-    def model(self) -> "Model":
-        """The model with all findings that a model can hold.
-
-        Raises:
-            ExidynError: The diagnosis comes from a file and has no model.
-        """
-        from ..improved.improved import found_model
-
-        model = found_model(self)
-        if model is None:
-            raise ExidynError("this diagnosis was read from a file, which does not contain its model")
-        return model
-
-    def to_json(self) -> dict[str, Any]:
-        """Content of the file that `exidyn diagnose --json` writes, as a dictionary."""
-        from ..words.diagnosis_file import as_json
-
-        return as_json(self)
-
-    def save(self, path: Path | str) -> Path:
-        """Write the diagnosis as JSON and return the path."""
-        text = json.dumps(self.to_json(), indent=1, allow_nan=False)
-        Path(path).write_text(text, encoding="utf-8")
-        return Path(path)
 
     def to_dataframe(self) -> Any:
         """Parameters of all findings as a pandas table with one row per parameter.
@@ -187,13 +142,6 @@ class Diagnosis(InNotebook):
             for name, number in finding.parameters.items()
         ]
         return optional("pandas", "a table").DataFrame(rows)
-
-    def report(self, path: Path | str) -> Path:
-        """Write the diagnosis as one HTML page and return the path."""
-        from ...pages.diagnosis_document import report_html
-
-        Path(path).write_text(report_html(self), encoding="utf-8")
-        return Path(path)
 
     def __repr__(self) -> str:
         number = counted(len(self.findings), "finding")

@@ -27,11 +27,6 @@ class Remainder:
     probability: Probability
     depends_on: str
 
-    @property
-    def predictable(self) -> bool:
-        """Whether it depends on a recorded quantity."""
-        return self.depends_on != UNCERTAIN
-
 
 @dataclass(frozen=True, eq=False)
 class Share:

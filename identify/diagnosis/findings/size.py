@@ -13,44 +13,28 @@ def sign_known(value: float, std: float) -> bool:
 
 @dataclass(frozen=True)
 class Point:
-    """Torque of a finding at one value of the quantity on which it depends.
+    """Torque of a finding at one value of the quantity on which it depends."""
 
-    Attributes:
-        which: "smallest", "usual", "largest", "lowest", "middle" or "highest"; empty on a curve.
-        at: Value of the quantity, in the unit of the axis.
-        torque: Torque; positive against the motion if the axis is `braking` [N m].
-        std: Standard deviation of the torque, from all coefficients and shapes together [N m].
-    """
-
-    which: str
-    at: Real
-    torque: Real
-    std: Real
+    which: str  # "smallest", "usual", "largest", "lowest", "middle" or "highest"; empty on a curve
+    at: Real  # value of the quantity, in the unit of the axis
+    torque: Real  # torque; positive against the motion if the axis is `braking` [N m]
+    std: Real  # standard deviation of the torque, from all coefficients and shapes together [N m]
 
 
 @dataclass(frozen=True)
 class Size:
-    """Torque of a finding on one joint, as far as the data determine it.
+    """Torque of a finding on one joint, as far as the data determine it."""
 
-    Attributes:
-        joint: Index of the joint that shows it best, from 0.
-        beside_rms: Root mean square of the torque that no other parameter can absorb in a fit without the
-            finding [N m].
-        beside_std: Standard deviation of `beside_rms` [N m].
-        over: Quantity on which the torque depends, a key of `AXES`; empty if it follows none.
-        points: Torque at the smallest, usual (root mean square) and largest recorded value; for a signed
-            quantity, at its lowest, middle (median) and highest value.
-        curve: Torque over the recorded range.
-        change: Whether torques are relative to the first point, which halves their intervals.
-    """
-
-    joint: int
+    joint: int  # index of the joint that shows it best, from 0
+    # Root mean square of the torque that no other parameter can absorb in a fit without the finding [N m].
     beside_rms: Real
-    beside_std: Real
-    over: str = ""
+    beside_std: Real  # standard deviation of `beside_rms` [N m]
+    over: str = ""  # quantity on which the torque depends, a key of `AXES`; empty if it follows none
+    # Torque at the smallest, usual (root mean square) and largest recorded value; for a signed quantity, at
+    # its lowest, middle (median) and highest value.
     points: tuple[Point, ...] = ()
-    curve: tuple[Point, ...] = ()
-    change: bool = False
+    curve: tuple[Point, ...] = ()  # torque over the recorded range
+    change: bool = False  # whether torques are relative to the first point, which halves their intervals
 
     @property
     def known(self) -> bool:
@@ -61,15 +45,10 @@ class Size:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Reason why a parameter is not given.
+    """Reason why a parameter is not given."""
 
-    Attributes:
-        beside: Parameter with which it is correlated; empty if there is no single one.
-        effect: Effect of that parameter, in the vocabulary; empty if it belongs to the same finding.
-    """
-
-    beside: str = ""
-    effect: str = ""
+    beside: str = ""  # parameter with which it is correlated; empty if there is no single one
+    effect: str = ""  # effect of that parameter, in the vocabulary; empty if it belongs to the same finding
 
 
 OF_A_CURVE = LeftOut("all others of the curve")

@@ -1,8 +1,7 @@
 """Shape: the nonlinear parameters of an effect, optimized for the best prediction of the blocks."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
@@ -139,29 +138,3 @@ def reshaped(candidate: Candidate, shape: dict[str, float]) -> Candidate:
     """The candidate with some parameters of its shape changed."""
     current = {name: candidate.shape[name] for name in candidate.bounds}
     return replace(candidate.reshaped(current | shape), among=candidate.among)
-
-
-class Shaped(NamedTuple):
-    """A hypothesis in the shape that a search found."""
-
-    effect: str  # name in the vocabulary
-    joints: tuple[int, ...]  # joints, from 0
-    kind: str  # kind of the candidate
-    shape: dict[str, float]  # parameters that were optimized
-
-    @classmethod
-    def of(cls, candidate: Candidate) -> "Shaped":
-        """The shape of a candidate."""
-        return cls(*candidate.key, {name: float(candidate.shape[name]) for name in candidate.bounds})
-
-
-def in_found_shapes(grid: Sequence[Candidate], before: Sequence[Shaped]) -> Iterator[Candidate]:
-    """Candidates of this model in the shapes that an earlier search found.
-
-    The grid is too coarse for a resonance with little damping: it may lie far from every point of the grid.
-    """
-    by_key = {candidate.key: candidate for candidate in grid if candidate.bounds and candidate.reshape}
-    for shaped in before:
-        candidate = by_key.get((shaped.effect, shaped.joints, shaped.kind))
-        if candidate is not None and set(shaped.shape) == set(candidate.bounds):
-            yield candidate.reshaped(shaped.shape)

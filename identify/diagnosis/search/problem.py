@@ -19,11 +19,10 @@ from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
-from ..questions.shape import Shaped, in_found_shapes
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
-from .mismatch import Mismatch, Place, mismatches, splines_of, with_mismatches
+from .mismatch import Place, mismatches, splines_of, with_mismatches
 
 ALIKE = 2e-3
 """Relative change of a load that is ignored [-]: it shifts the crossing of backlash by a few milliseconds."""
@@ -100,15 +99,13 @@ class Problem:
     moved: bool = False  # whether the load differs from that of the first fit
 
     @classmethod
-    def of(cls, model: Model, runs: Sequence[Driven], before: Sequence[Shaped] = ()) -> "Problem":
-        """Set up the problem with the load of a first fit; shapes of an earlier search are candidates too."""
+    def of(cls, model: Model, runs: Sequence[Driven]) -> "Problem":
+        """Set up the problem with the load of a first fit."""
         runs = sorted(runs, key=lambda run: run.role == HELD_OUT)
         blocks, base = Blocks.of(runs, HELD_OUT), model_rows(model, runs)
         first = Known.after(model, _predicted(base, blocks, runs).values)
         values, (known, loaded) = first.values, first.of(runs)
-        grid = list(candidates(model))
-        tried = [*grid, *in_found_shapes(grid, before)]
-        pairs = [(candidate, Thinned.of(candidate, loaded)) for candidate in tried]
+        pairs = [(candidate, Thinned.of(candidate, loaded)) for candidate in candidates(model)]
         pairs = [pair for pair in pairs if not pair[1].empty]
         base = _rows(model, loaded, values, base)
         rows = with_nuisances(base, model, loaded, values)
@@ -178,13 +175,9 @@ class Problem:
         self._recent.appendleft((tuple(findings), prediction))
         return prediction
 
-    def mismatches(self, findings: Sequence[Answer]) -> list[Mismatch]:
-        """Errors that the formulas of findings may have."""
-        return mismatches(findings, self._curve)
-
     def _with_mismatches(self, findings: Sequence[Answer]) -> Rows:
         """The rows with unknowns for the errors of the findings' formulas."""
-        formulas = self.mismatches(findings)
+        formulas = mismatches(findings, self._curve)
         splines = {mismatch.place: self._curve(mismatch.place)[1] for mismatch in formulas}
         return with_mismatches(self.rows, formulas, findings, splines)
 

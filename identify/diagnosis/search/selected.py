@@ -10,7 +10,6 @@ from ..findings.family import FAMILIES
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate
 from ..questions.comparison import SEEN, better, competing
-from ..questions.shape import Shaped
 
 NAMED = 0.9
 """Probability from which on an effect is named: nine times that of all alternatives together."""
@@ -254,9 +253,3 @@ def answers_of(findings: Sequence[Selected]) -> list[Answer]:
 def keys_of(findings: Sequence[Selected]) -> set[object]:
     """Keys of the hypotheses of findings."""
     return {finding.answer.candidate.key for finding in findings}
-
-
-def shapes_of(findings: Sequence[Selected]) -> list[Shaped]:
-    """Shapes of findings, for a later search to try again."""
-    candidates = (finding.answer.candidate for finding in findings)
-    return [Shaped.of(candidate) for candidate in candidates if candidate.bounds]

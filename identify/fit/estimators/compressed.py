@@ -16,26 +16,17 @@ from ..equations import Equations
 
 @dataclass(frozen=True)
 class Estimate:
-    """Base parameters and drive gains with their uncertainty.
+    """Base parameters and drive gains with their uncertainty."""
 
-    Attributes:
-        method: Name of the estimator.
-        values: Base parameters, shape (b,).
-        gain: Torque per unit of current, shape (n,); nominal if the method does not estimate it.
-        covariance: Covariance of values, then gains, shape (b + n, b + n). Nominal gains have their stated
-            tolerance; gains that are known or not stated have zero variance.
-        noise: Standard deviation of the residual of each joint, shape (n,) [N m].
-        standard: Standard parameters, shape (p,), if the method computes them.
-        nominal_gains: Whether gains are nominal rather than estimated.
-    """
-
-    method: str
-    values: np.ndarray
-    gain: np.ndarray
+    method: str  # name of the estimator
+    values: np.ndarray  # base parameters, shape (b,)
+    gain: np.ndarray  # torque per unit of current, shape (n,); nominal if the method does not estimate it
+    # Covariance of values, then gains, shape (b + n, b + n). Nominal gains have their stated tolerance; gains
+    # that are known or not stated have zero variance.
     covariance: np.ndarray
-    noise: np.ndarray
-    standard: np.ndarray | None = None
-    nominal_gains: bool = False
+    noise: np.ndarray  # standard deviation of the residual of each joint, shape (n,) [N m]
+    standard: np.ndarray | None = None  # standard parameters, shape (p,), if the method computes them
+    nominal_gains: bool = False  # whether gains are nominal rather than estimated
 
     @property
     def std(self) -> np.ndarray:
@@ -62,15 +53,10 @@ FEWEST = 10
 
 @dataclass(frozen=True)
 class Compressed:
-    """Triangular factors R_j of [regressor, known, current], which preserve the norms of the rows.
+    """Triangular factors R_j of [regressor, known, current], which preserve the norms of the rows."""
 
-    Attributes:
-        factors: One array per joint, shape (rows, b + 2).
-        counts: Number of rows with nonzero weight of each joint, shape (n,).
-    """
-
-    factors: tuple[np.ndarray, ...]
-    counts: np.ndarray
+    factors: tuple[np.ndarray, ...]  # one array per joint, shape (rows, b + 2)
+    counts: np.ndarray  # number of rows with nonzero weight of each joint, shape (n,)
 
     @classmethod
     def of(cls, equations: Equations, weight: np.ndarray | None = None) -> "Compressed":

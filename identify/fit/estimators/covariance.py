@@ -124,19 +124,12 @@ def sandwich(
 
 
 class _Part(NamedTuple):
-    """Contribution of one block of time to the sums over all rows.
+    """Contribution of one block of time to the sums over all rows."""
 
-    Attributes:
-        bread: Instruments times Jacobian, shape (k, k).
-        information: Jacobian times Jacobian, shape (k, k).
-        gradient: Instruments times residual, shape (k,).
-        by_scale: Instruments times each joint's torque, shape (k, n).
-    """
-
-    bread: np.ndarray
-    information: np.ndarray
-    gradient: np.ndarray
-    by_scale: np.ndarray
+    bread: np.ndarray  # instruments times Jacobian, shape (k, k)
+    information: np.ndarray  # Jacobian times Jacobian, shape (k, k)
+    gradient: np.ndarray  # instruments times residual, shape (k,)
+    by_scale: np.ndarray  # instruments times each joint's torque, shape (k, n)
 
 
 def _part(instruments: np.ndarray, jacobian: np.ndarray, residual: np.ndarray, torque: np.ndarray) -> _Part:

@@ -24,19 +24,12 @@ IDL = re.compile(r"=+\nIDL: .*\n")
 
 
 class BagMessage(NamedTuple):
-    """A message of a bag.
+    """A message of a bag."""
 
-    Attributes:
-        topic: Name of the topic.
-        kind: Type of the message in ROS 2; `JSON` for a JSON object.
-        received: Time at which the bag received the message [ns].
-        content: Joint states (`JointMessage`), or the numbers of an array.
-    """
-
-    topic: str
-    kind: str
-    received: int
-    content: Any
+    topic: str  # name of the topic
+    kind: str  # type of the message in ROS 2; `JSON` for a JSON object
+    received: int  # time at which the bag received the message [ns]
+    content: Any  # joint states (`JointMessage`), or the numbers of an array
 
 
 Decoder = Callable[[bytes], Any]

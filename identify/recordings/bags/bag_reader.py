@@ -29,24 +29,15 @@ LISTED = 10
 
 @dataclass(frozen=True)
 class Group:
-    """Joint states of the same joints.
+    """Joint states of the same joints."""
 
-    Attributes:
-        topic: Name of the topic, or names of several.
-        names: Names of the n joints.
-        received: Times at which the bag received the messages, shape (t,) [ns].
-        stamp: Time stamps in the messages, shape (t,) [ns]; 0 if a message has none.
-        rows: Field -> values, shape (t, n); NaN if a message lacks them.
-        kind: Type of the messages.
-        wrong: Field -> number of messages with fewer or more values than joints, and their number of values.
-    """
-
-    topic: str
-    names: tuple[str, ...]
-    received: np.ndarray
-    stamp: np.ndarray
-    rows: dict[str, np.ndarray]
-    kind: str = ""
+    topic: str  # name of the topic, or names of several
+    names: tuple[str, ...]  # names of the n joints
+    received: np.ndarray  # times at which the bag received the messages, shape (t,) [ns]
+    stamp: np.ndarray  # time stamps in the messages, shape (t,) [ns]; 0 if a message has none
+    rows: dict[str, np.ndarray]  # field -> values, shape (t, n); NaN if a message lacks them
+    kind: str = ""  # type of the messages
+    # Field -> number of messages with fewer or more values than joints, and their number of values.
     wrong: dict[str, list[int]] = field(default_factory=dict)
 
     def __str__(self) -> str:
@@ -55,17 +46,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Content:
-    """Content of a bag.
+    """Content of a bag."""
 
-    Attributes:
-        groups: Joint states; not empty.
-        arrays: Signal -> times at which the bag received it, shape (t,) [ns], and values, shape (t, n).
-        notes: Sentences about lost parts of the bag.
-    """
-
-    groups: list[Group]
+    groups: list[Group]  # joint states; not empty
+    # Signal -> times at which the bag received it, shape (t,) [ns], and values, shape (t, n).
     arrays: dict[str, tuple[np.ndarray, np.ndarray]]
-    notes: list[str]
+    notes: list[str]  # sentences about lost parts of the bag
 
 
 def read_bag(source: Path) -> Content:

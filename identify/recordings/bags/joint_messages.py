@@ -32,17 +32,12 @@ FIELDS = {
 
 
 class JointMessage(NamedTuple):
-    """Joint states of one message.
+    """Joint states of one message."""
 
-    Attributes:
-        names: Names of the joints.
-        fields: Field -> values in the order of the names; the message may have too few or too many.
-        stamp: Time stamp of the message [ns]; 0 if it has none.
-    """
-
-    names: Sequence[str]
+    names: Sequence[str]  # names of the joints
+    # Field -> values in the order of the names; the message may have too few or too many.
     fields: Mapping[str, Sequence[float]]
-    stamp: int
+    stamp: int  # time stamp of the message [ns]; 0 if it has none
 
 
 def _stamp(message: Any) -> int:

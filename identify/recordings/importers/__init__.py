@@ -23,28 +23,19 @@ GZIP = b"\x1f\x8b"
 
 
 class Entry(NamedTuple):
-    """A format and its importer.
+    """A format and its importer."""
 
-    Attributes:
-        place: "module:function", relative to this package, imported on demand: `(source) -> list[Table]` for
-            a table, else `(source, model, **options) -> list[Recording]`.
-        content: Name of the format, and what a file has to contain.
-        endings: Endings of the names of such files.
-        inside: Pattern of a file in such a folder.
-        marks: Bytes at the beginning of such files, whatever their name.
-        table: Whether it is read as a table, whose columns `import_table` turns into signals.
-        robot: Whether such files contain their robot; otherwise it has to be given.
-        library: Library in native code that reads such tables. As a damaged file may crash it, it runs in a
-            separate process. Empty if no such library is used.
-    """
-
+    # "module:function", relative to this package, imported on demand: `(source) -> list[Table]` for a table,
+    # else `(source, model, **options) -> list[Recording]`.
     place: str
-    content: str
-    endings: tuple[str, ...] = ()
-    inside: str = ""
-    marks: tuple[bytes, ...] = ()
-    table: bool = False
-    robot: bool = False
+    content: str  # name of the format, and what a file has to contain
+    endings: tuple[str, ...] = ()  # endings of the names of such files
+    inside: str = ""  # pattern of a file in such a folder
+    marks: tuple[bytes, ...] = ()  # bytes at the beginning of such files, whatever their name
+    table: bool = False  # whether it is read as a table, whose columns `import_table` turns into signals
+    robot: bool = False  # whether such files contain their robot; otherwise it has to be given
+    # Library in native code that reads such tables. As a damaged file may crash it, it runs in a separate
+    # process. Empty if no such library is used.
     library: str = ""
 
     @property

@@ -46,19 +46,13 @@ ATTRIBUTE = re.compile(r'(\w+)\s*=\s*"([^"]*)"')
 
 
 class _Telegrams(NamedTuple):
-    """Telegrams of a file.
+    """Telegrams of a file."""
 
-    Attributes:
-        clock: IPOC of each telegram, shape (t,) [ms].
-        values: Signal -> axis -> values as sent, shape (t,); NaN if a telegram lacks them.
-        elements: Names of the elements in the telegrams.
-        damaged: Line of each telegram that cannot be read, from 1.
-    """
-
-    clock: np.ndarray
+    clock: np.ndarray  # IPOC of each telegram, shape (t,) [ms]
+    # Signal -> axis -> values as sent, shape (t,); NaN if a telegram lacks them.
     values: dict[str, dict[str, np.ndarray]]
-    elements: list[str]
-    damaged: list[int]
+    elements: list[str]  # names of the elements in the telegrams
+    damaged: list[int]  # line of each telegram that cannot be read, from 1
 
 
 def import_rsi_telegrams(

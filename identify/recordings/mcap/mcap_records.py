@@ -40,29 +40,19 @@ _MESSAGE_HEAD = [
 
 @dataclass
 class Contents:
-    """Content of a file, as far as it could be read.
+    """Content of a file, as far as it could be read."""
 
-    Attributes:
-        metadata: Metadata records by name.
-        attachments: Attached files by name.
-        channels: Channels by number.
-        schemas: Message types by number.
-        messages: Messages of each channel: pairs of a chunk's bytes and offsets into it.
-        chunks: Unpacked content of each chunk, as far as it could be read.
-        lost: Phrases about content that could not be read.
-        finished: Whether the writer finished the file.
-        room: Maximum total size of the chunks that are not yet unpacked [B].
-    """
-
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    attachments: dict[str, Attachment] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    schemas: dict[int, Schema] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)  # metadata records by name
+    attachments: dict[str, Attachment] = field(default_factory=dict)  # attached files by name
+    channels: dict[int, Channel] = field(default_factory=dict)  # channels by number
+    schemas: dict[int, Schema] = field(default_factory=dict)  # message types by number
+    # Messages of each channel: pairs of a chunk's bytes and offsets into it.
     messages: dict[int, list[tuple[np.ndarray, np.ndarray]]] = field(default_factory=dict)
+    # Unpacked content of each chunk, as far as it could be read.
     chunks: list[bytes] = field(default_factory=list)
-    lost: list[str] = field(default_factory=list)
-    finished: bool = False
-    room: int = LEAST
+    lost: list[str] = field(default_factory=list)  # phrases about content that could not be read
+    finished: bool = False  # whether the writer finished the file
+    room: int = LEAST  # maximum total size of the chunks that are not yet unpacked [B]
 
     def rows(self, channel: int, message: np.dtype) -> np.ndarray:
         """All messages of a channel, shape (t,): log_time, publish_time [ns] and `body`, a `message`.

@@ -11,19 +11,12 @@ from .mcap_records import Contents, read_contents
 
 @dataclass(frozen=True)
 class Recovered:
-    """Result of a recovery.
+    """Result of a recovery."""
 
-    Attributes:
-        messages: Number of recovered messages.
-        begin: Host clock at the first message [ns since 1970].
-        end: Host clock at the last message [ns since 1970].
-        lost: Phrases about missing content; empty if the file was complete.
-    """
-
-    messages: int
-    begin: int
-    end: int
-    lost: tuple[str, ...]
+    messages: int  # number of recovered messages
+    begin: int  # host clock at the first message [ns since 1970]
+    end: int  # host clock at the last message [ns since 1970]
+    lost: tuple[str, ...]  # phrases about missing content; empty if the file was complete
 
     @property
     def seconds(self) -> float:

@@ -34,18 +34,12 @@ ARRAY_TOPICS = {
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic and the signals in its messages.
+    """A topic and the signals in its messages."""
 
-    Attributes:
-        name: Name of the topic, such as "/joint_states".
-        schema: Message type, a key of `cdr.SCHEMAS`.
-        fields: Signal name -> field of the message's record.
-        details: Metadata of the channel, if the topic carries no signal.
-    """
-
-    name: str
-    schema: str
-    fields: Mapping[str, str]
+    name: str  # name of the topic, such as "/joint_states"
+    schema: str  # message type, a key of `cdr.SCHEMAS`
+    fields: Mapping[str, str]  # signal name -> field of the message's record
+    # Metadata of the channel, if the topic carries no signal.
     details: Mapping[str, str] = field(default_factory=dict)
 
     def template(self, joints: Sequence[str]) -> np.ndarray:

@@ -28,29 +28,18 @@ TRANSFORM_RATE = 50.0
 
 @dataclass(frozen=True)
 class Head:
-    """Description at the beginning of a file.
+    """Description at the beginning of a file."""
 
-    Attributes:
-        name: Name of the run.
-        model: Nominal model.
-        payload: Payload on the flange.
-        trajectory: Text of the trajectory's file.
-        settings: Further information about the run.
-        warnings: Warnings before the run.
-        epoch: Host clock at controller time zero [ns].
-        host_clock: Whether log_time is a recorded host clock.
-        samples: Number of samples of each signal that will follow, which shows losses of a file that ends
-            early. While recording it is empty, or zero for a signal of unknown length.
-    """
-
-    name: str
-    model: Model
-    payload: KnownPayload | None = None
-    trajectory: str = ""
-    settings: Mapping[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    epoch: int = EPOCH
-    host_clock: bool = False
+    name: str  # name of the run
+    model: Model  # nominal model
+    payload: KnownPayload | None = None  # payload on the flange
+    trajectory: str = ""  # text of the trajectory's file
+    settings: Mapping[str, str] = field(default_factory=dict)  # further information about the run
+    warnings: tuple[str, ...] = ()  # warnings before the run
+    epoch: int = EPOCH  # host clock at controller time zero [ns]
+    host_clock: bool = False  # whether log_time is a recorded host clock
+    # Number of samples of each signal that will follow, which shows losses of a file that ends early. While
+    # recording it is empty, or zero for a signal of unknown length.
     samples: Mapping[str, int] = field(default_factory=dict)
 
     def record(self) -> dict[str, str]:
@@ -132,19 +121,12 @@ class RecordingWriter:
 
 
 class Stream(NamedTuple):
-    """Messages of one topic.
+    """Messages of one topic."""
 
-    Attributes:
-        topic: Topic of the messages.
-        published: Controller clock, shape (t,) [ns since 1970].
-        logged: Host clock, shape (t,) [ns since 1970].
-        messages: Objects with a method `tobytes`, shape (t,).
-    """
-
-    topic: Topic
-    published: np.ndarray
-    logged: np.ndarray
-    messages: np.ndarray
+    topic: Topic  # topic of the messages
+    published: np.ndarray  # controller clock, shape (t,) [ns since 1970]
+    logged: np.ndarray  # host clock, shape (t,) [ns since 1970]
+    messages: np.ndarray  # objects with a method `tobytes`, shape (t,)
 
 
 def write_merged(streams: Sequence[Stream], writer: RecordingWriter) -> None:

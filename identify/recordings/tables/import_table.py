@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -123,6 +124,24 @@ def import_table(
         for run, first in separate_runs(recording, table.place, table.headings()):
             recordings.append(_checked(run, source, table.without(first), stamps[first:]))
     return recordings
+
+
+def from_dataframe(table: Any, robot: Model, name: str = "table", **options: Any) -> list[Recording]:
+    """Runs of a pandas table, whose columns are read like those of a file.
+
+    Args:
+        table: The table; an index with a name is a column too.
+        robot: Model of the recorded arm.
+        name: Name of the run.
+        options: Options of `import_table`, such as the names of the columns.
+
+    Raises:
+        RecordingError: The table holds no run of this robot; the message gives the reason.
+    """
+    columns = table.reset_index() if table.index.name else table
+    names = [str(column) for column in columns.columns]
+    values = columns.to_numpy(dtype=float)
+    return import_table(lambda _: [Table(names, values)], Path(name), robot, name=name, **options)
 
 
 def _stem(source: Path) -> str:

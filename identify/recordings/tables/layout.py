@@ -17,23 +17,14 @@ MARKS = "#% "
 
 
 class Layout(NamedTuple):
-    """Layout of a text file.
+    """Layout of a text file."""
 
-    Attributes:
-        separator: Separator of columns; None for spaces.
-        names: Names of the columns, "" for a column without a name; numbers if the file has no names.
-        units: Units below the names, one per column; empty if the file has no such line.
-        header: Line of the names, from 1; 0 if the file has no names.
-        begin: Line of the first sample, from 1.
-        above: Number of lines between the names and the first sample that are not comments.
-    """
-
-    separator: str | None
-    names: list[str]
-    units: list[str]
-    header: int
-    begin: int
-    above: int
+    separator: str | None  # separator of columns; None for spaces
+    names: list[str]  # names of the columns, "" for a column without a name; numbers if the file has no names
+    units: list[str]  # units below the names, one per column; empty if the file has no such line
+    header: int  # line of the names, from 1; 0 if the file has no names
+    begin: int  # line of the first sample, from 1
+    above: int  # number of lines between the names and the first sample that are not comments
 
 
 def cells_of(line: str, separator: str | None) -> list[str]:

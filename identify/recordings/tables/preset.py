@@ -78,18 +78,12 @@ _FILE: Any = defstruct(
 
 @dataclass(frozen=True)
 class Preset:
-    """Preset for a kind of log.
+    """Preset for a kind of log."""
 
-    Attributes:
-        name: Name of the preset, or its path.
-        signals: Signal, "effort" or "time" -> its reading.
-        rate: Sampling rate of logs without time [Hz]; 0 if there is a time column.
-        still: Column of the position of a joint that the model holds -> range within which it stays.
-    """
-
-    name: str = ""
-    signals: Mapping[str, Reading] = field(default_factory=dict)
-    rate: float = 0.0
+    name: str = ""  # name of the preset, or its path
+    signals: Mapping[str, Reading] = field(default_factory=dict)  # signal, "effort" or "time" -> its reading
+    rate: float = 0.0  # sampling rate of logs without time [Hz]; 0 if there is a time column
+    # Column of the position of a joint that the model holds -> range within which it stays.
     still: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def of_log(self, columns: Columns, chosen: Mapping[str, Names], effort: str) -> "Preset":

@@ -31,30 +31,20 @@ Rows = Callable[[], Iterator[tuple[int, str]]]
 
 
 class Table(NamedTuple):
-    """Content of a file for one run.
+    """Content of a file for one run."""
 
-    Attributes:
-        names: Names of the c columns, all different.
-        values: Values, shape (t, c); NaN if a cell is empty, a word for a missing number, or text.
-        lines: Line of each row in the file, from 1, shape (t,); None if the file has no lines.
-        text: Name of a column with text -> the first such cell, and its place.
-        run: Name of the run, if a file holds several.
-        joints: Names of the joints, if the file states them for numbered columns.
-        units: Name of a column -> its unit, if a line below the names states it; or `DATE`.
-        above: Number of rows between the names and the first sample, such as a row of units.
-        first: Number of rows in the file before the first row.
-        repeated: Lines that repeat the names of the columns, because a recorder appends its runs.
-    """
-
-    names: list[str]
-    values: np.ndarray
+    names: list[str]  # names of the c columns, all different
+    values: np.ndarray  # values, shape (t, c); NaN if a cell is empty, a word for a missing number, or text
+    # Line of each row in the file, from 1, shape (t,); None if the file has no lines.
     lines: np.ndarray | None = None
-    text: Mapping[str, str] = {}
-    run: str = ""
-    joints: tuple[str, ...] = ()
+    text: Mapping[str, str] = {}  # name of a column with text -> the first such cell, and its place
+    run: str = ""  # name of the run, if a file holds several
+    joints: tuple[str, ...] = ()  # names of the joints, if the file states them for numbered columns
+    # Name of a column -> its unit, if a line below the names states it; or `DATE`.
     units: Mapping[str, str] = {}
-    above: int = 0
-    first: int = 0
+    above: int = 0  # number of rows between the names and the first sample, such as a row of units
+    first: int = 0  # number of rows in the file before the first row
+    # Lines that repeat the names of the columns, because a recorder appends its runs.
     repeated: tuple[int, ...] = ()
 
     def place(self, row: int) -> str:

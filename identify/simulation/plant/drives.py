@@ -23,25 +23,17 @@ has hardly any effect."""
 
 
 class Cut(NamedTuple):
-    """Division of a command period into blocks and steps, with the interpolation between its two ends.
+    """Division of a command period into blocks and steps, with the interpolation between its two ends."""
 
-    Attributes:
-        seconds: Command period [s].
-        step: Duration of a step [s].
-        steps: Number of steps per block.
-        blocks: Number of blocks per period.
-        position: Matrix, shape (rows, 4), that maps position and velocity at the start and at the end of the
-            period to positions. Its rows are the steps, each the mean of both its ends, so that it matches
-            the torque in between; then the middles of the blocks; then their ends.
-        velocity: Matrix of shape (rows, 4) for velocities at the same times.
-    """
-
-    seconds: float
-    step: float
-    steps: int
-    blocks: int
+    seconds: float  # command period [s]
+    step: float  # duration of a step [s]
+    steps: int  # number of steps per block
+    blocks: int  # number of blocks per period
+    # Matrix, shape (rows, 4), that maps position and velocity at the start and at the end of the period to
+    # positions. Its rows are the steps, each the mean of both its ends, so that it matches the torque in
+    # between; then the middles of the blocks; then their ends.
     position: np.ndarray
-    velocity: np.ndarray
+    velocity: np.ndarray  # matrix of shape (rows, 4) for velocities at the same times
 
     @classmethod
     def of(cls, seconds: float, longest_step: float, longest_block: float) -> "Cut":

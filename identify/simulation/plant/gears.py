@@ -20,16 +20,11 @@ a torque, but enough for the motor to move separately."""
 
 @dataclass(frozen=True, eq=False)
 class Transmission:
-    """A spring and a damper between each motor and its link, both on the joint side.
+    """A spring and a damper between each motor and its link, both on the joint side."""
 
-    Attributes:
-        stiffness: Stiffness, shape (n,) [N m/rad]; infinite for a rigid gear.
-        damping: Damping coefficient, shape (n,) [N m s/rad].
-        backlash: Width of the play in which neither spring nor damper is in contact, shape (n,) [rad].
-    """
-
-    stiffness: np.ndarray
-    damping: np.ndarray
+    stiffness: np.ndarray  # stiffness, shape (n,) [N m/rad]; infinite for a rigid gear
+    damping: np.ndarray  # damping coefficient, shape (n,) [N m s/rad]
+    # Width of the play in which neither spring nor damper is in contact, shape (n,) [rad].
     backlash: np.ndarray
 
     def __post_init__(self) -> None:
@@ -122,19 +117,12 @@ def with_motors(model: Model, values: np.ndarray, elastic: np.ndarray) -> tuple[
 
 @dataclass(frozen=True, eq=False)
 class Thermal:
-    r"""First-order warming, independent for each joint: :math:`t_c \dot T = T_a + R_{th} (r i^2 + P_f) - T`.
+    r"""First-order warming of each joint alone: :math:`t_c \dot T = T_a + R_{th} (r i^2 + P_f) - T`."""
 
-    Attributes:
-        ambient: Ambient and initial temperature :math:`T_a` [degC].
-        rise: Thermal resistance :math:`R_{th}`, shape (n,) [K/W]; zero for no warming.
-        resistance: Winding resistance :math:`r`, shape (n,) [ohm].
-        time_constant: Time constant :math:`t_c` [s].
-    """
-
-    ambient: float
-    rise: np.ndarray
-    resistance: np.ndarray
-    time_constant: float = 1800.0
+    ambient: float  # ambient and initial temperature :math:`T_a` [degC]
+    rise: np.ndarray  # thermal resistance :math:`R_{th}`, shape (n,) [K/W]; zero for no warming
+    resistance: np.ndarray  # winding resistance :math:`r`, shape (n,) [ohm]
+    time_constant: float = 1800.0  # time constant :math:`t_c` [s]
 
     @classmethod
     def constant(cls, joints: int, ambient: float = 25.0) -> "Thermal":

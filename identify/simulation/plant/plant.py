@@ -24,21 +24,13 @@ Watched = Callable[[np.ndarray], Iterable[np.ndarray]]
 
 
 class Measured(NamedTuple):
-    """Sensor measurements, each of shape (n,).
+    """Sensor measurements, each of shape (n,)."""
 
-    Attributes:
-        position: Motor positions on the joint side [rad].
-        velocity: Velocity that the drives estimate from the position [rad/s].
-        current: Motor current [A].
-        temperature: Joint temperature [degC].
-        link_position: Link positions behind the gears, as a second encoder measures them [rad].
-    """
-
-    position: np.ndarray
-    velocity: np.ndarray
-    current: np.ndarray
-    temperature: np.ndarray
-    link_position: np.ndarray
+    position: np.ndarray  # motor positions on the joint side [rad]
+    velocity: np.ndarray  # velocity that the drives estimate from the position [rad/s]
+    current: np.ndarray  # motor current [A]
+    temperature: np.ndarray  # joint temperature [degC]
+    link_position: np.ndarray  # link positions behind the gears, as a second encoder measures them [rad]
 
 
 @dataclass(frozen=True)

@@ -13,32 +13,20 @@ FINEST = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """Resolution and noise of the sensors; zero for none.
+    """Resolution and noise of the sensors; zero for none."""
 
-    Attributes:
-        encoder_step: Resolution of the motor encoder on the joint side, shape (n,) [rad].
-        encoder_noise: Standard deviation of the white encoder noise, shape (n,) [rad].
-        current_step: Resolution of the current, shape (n,) [A].
-        current_noise: Standard deviation of the white current noise, shape (n,) [A].
-        current_drift: Standard deviation of the correlated current noise, shape (n,) [A].
-        drift_time: Correlation time of that noise, after which 37 % remain [s].
-        velocity_cutoff: Cut-off of the drive's low-pass filter for differences of position [Hz].
-        temperature_step: Resolution of the temperature [K].
-        current_delay: Delay of currents behind the positions of the same sample, one number or shape (n,)
-            [s]; if negative, positions are delayed.
-        current_limit: Maximum measurable current, one number or shape (n,) [A].
-    """
-
-    encoder_step: np.ndarray
-    encoder_noise: np.ndarray
-    current_step: np.ndarray
-    current_noise: np.ndarray
-    current_drift: np.ndarray
-    drift_time: float = 0.01
-    velocity_cutoff: float = 100.0
-    temperature_step: float = 0.1
+    encoder_step: np.ndarray  # resolution of the motor encoder on the joint side, shape (n,) [rad]
+    encoder_noise: np.ndarray  # standard deviation of the white encoder noise, shape (n,) [rad]
+    current_step: np.ndarray  # resolution of the current, shape (n,) [A]
+    current_noise: np.ndarray  # standard deviation of the white current noise, shape (n,) [A]
+    current_drift: np.ndarray  # standard deviation of the correlated current noise, shape (n,) [A]
+    drift_time: float = 0.01  # correlation time of that noise, after which 37 % remain [s]
+    velocity_cutoff: float = 100.0  # cut-off of the drive's low-pass filter for differences of position [Hz]
+    temperature_step: float = 0.1  # resolution of the temperature [K]
+    # Delay of currents behind the positions of the same sample, one number or shape (n,) [s]; if negative,
+    # positions are delayed.
     current_delay: float | np.ndarray = 0.0
-    current_limit: float | np.ndarray = np.inf
+    current_limit: float | np.ndarray = np.inf  # maximum measurable current, one number or shape (n,) [A]
 
     @classmethod
     def exact(cls, joints: int, current_delay: float = 0.0) -> "Sensors":

@@ -26,59 +26,35 @@ NO_INERTIA = (
 
 
 class Elastic(NamedTuple):
-    """Springs of m elastic gears, in the plant's x coordinates.
+    """Springs of m elastic gears, in the plant's x coordinates."""
 
-    Attributes:
-        stretch: Matrix that maps the coordinates to the twist of each spring, shape (m, x) [-].
-        transposed: Transpose of `stretch`, shape (x, m) [-].
-        stiffness: Stiffness, shape (m,) [N m/rad].
-        damping: Damping coefficient, shape (m,) [N m s/rad].
-        play: Play to either side, half the backlash, shape (m,) [rad].
-    """
-
-    stretch: np.ndarray
-    transposed: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-    play: np.ndarray
+    stretch: np.ndarray  # matrix that maps the coordinates to the twist of each spring, shape (m, x) [-]
+    transposed: np.ndarray  # transpose of `stretch`, shape (x, m) [-]
+    stiffness: np.ndarray  # stiffness, shape (m,) [N m/rad]
+    damping: np.ndarray  # damping coefficient, shape (m,) [N m s/rad]
+    play: np.ndarray  # play to either side, half the backlash, shape (m,) [rad]
 
 
 class Cascade(NamedTuple):
-    """The servo of n motors over a step of some duration.
+    """The servo of n motors over a step of some duration."""
 
-    Attributes:
-        turns: Matrix that maps the coordinates to motor positions, shape (n, x) [-].
-        transposed: Transpose of `turns`, shape (x, n) [-].
-        by_position: Velocity from the position loop per coordinate, shape (n, x) [1/s].
-        stiff: Torque per velocity error, including its integral over half the step, shape (n,) [N m s/rad].
-        integral_stiffness: Torque per integral of the velocity error, shape (n,) [N m/rad].
-        lag: Velocity error per acceleration, shape (n,) [s].
-        added_inertia: Contribution of the servo to the inertia, shape (x, x) [kg m^2].
-        limit: Limit of the motor torque, shape (n,) [N m].
-    """
-
-    turns: np.ndarray
-    transposed: np.ndarray
-    by_position: np.ndarray
+    turns: np.ndarray  # matrix that maps the coordinates to motor positions, shape (n, x) [-]
+    transposed: np.ndarray  # transpose of `turns`, shape (x, n) [-]
+    by_position: np.ndarray  # velocity from the position loop per coordinate, shape (n, x) [1/s]
+    # Torque per velocity error, including its integral over half the step, shape (n,) [N m s/rad].
     stiff: np.ndarray
-    integral_stiffness: np.ndarray
-    lag: np.ndarray
-    added_inertia: np.ndarray
-    limit: np.ndarray
+    integral_stiffness: np.ndarray  # torque per integral of the velocity error, shape (n,) [N m/rad]
+    lag: np.ndarray  # velocity error per acceleration, shape (n,) [s]
+    added_inertia: np.ndarray  # contribution of the servo to the inertia, shape (x, x) [kg m^2]
+    limit: np.ndarray  # limit of the motor torque, shape (n,) [N m]
 
 
 class Forces(NamedTuple):
-    """Forces around a state, linear in velocity.
+    """Forces around a state, linear in velocity."""
 
-    Attributes:
-        force: Force needed to move on without acceleration, shape (x,) [N m].
-        slope: Derivative of the force by each velocity, shape (x,) [N m s/rad].
-        velocity: Velocity of the state, shape (x,) [rad/s].
-    """
-
-    force: np.ndarray
-    slope: np.ndarray
-    velocity: np.ndarray
+    force: np.ndarray  # force needed to move on without acceleration, shape (x,) [N m]
+    slope: np.ndarray  # derivative of the force by each velocity, shape (x,) [N m s/rad]
+    velocity: np.ndarray  # velocity of the state, shape (x,) [rad/s]
 
     def moved(self, velocity: np.ndarray) -> "Forces":
         """Linear extrapolation of the forces to other velocities (x,) [rad/s]."""

@@ -269,7 +269,7 @@ def test_only_validation_runs_are_identified_from(files, tmp_path):
 
 
 def test_shapes_are_fitted_where_asked(files, tmp_path, capsys):
-    command = ["identify", files[0], "--output", str(tmp_path / "out"), "--fit-shapes"]
+    command = ["identify", files[0], "--output", str(tmp_path / "out"), "--shapes"]
     assert main([*command, "coulomb_friction"]) == 0
     page = capsys.readouterr().out
     found = [float(value) for value in re.findall(r"coulomb friction \(\w+\): reversal (\S+) rad/s", page)]

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identification.feedforward.feedforward import make_feedforward
+from exidyn.identification.fit.fit_file import write_fit
 
 from ...parts.small import small_fit
 
@@ -17,7 +19,7 @@ MJCF = """<mujoco><worldbody><body><joint name="shoulder" axis="0 1 0"/><geom si
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The working folder, with fit.json, servos.xml and half.xml, in which one joint has no servo."""
-    small_fit.fit().save(tmp_path / "fit.json")
+    write_fit(small_fit.fit(), tmp_path / "fit.json")
     (tmp_path / "servos.xml").write_text(MJCF.format(elbow='<position joint="elbow" kp="200"/>'))
     (tmp_path / "other.xml").write_text(MJCF.format(elbow="").replace('"elbow"', '"wrist"'))
     (tmp_path / "half.xml").write_text(MJCF.format(elbow=""))
@@ -46,7 +48,7 @@ def test_options_and_json(folder, capsys):
     assert (result["band"], result["share"], result["written"]) == ([0.1, 0.1], 0.5, ["arm.py"])
     for offset, torque, stiffness in zip(result["offset"], result["gravity"], (400.0, 200.0), strict=True):
         assert offset == pytest.approx(torque / stiffness)
-    feedforward = small_fit.fit().feedforward("L", band=0.1, share=0.5)
+    feedforward = make_feedforward(small_fit.fit(), "L", band=0.1, share=0.5)
     friction = feedforward.friction(np.zeros(2), np.full(2, 0.2))
     np.testing.assert_allclose(result["compensated"], 0.5 * friction)
     written = (folder / "arm.py").read_text()

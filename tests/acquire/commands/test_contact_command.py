@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identification.fit.fit_file import write_fit
 
 from ...parts.small import small_fit, two_joint_files
 
@@ -14,7 +15,7 @@ from ...parts.small import small_fit, two_joint_files
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The working folder, with fit.json, and loaded.mcap that does not state its payload of 3 kg."""
-    small_fit.fit().save(tmp_path / "fit.json")
+    write_fit(small_fit.fit(), tmp_path / "fit.json")
     runs = [two_joint_files.run(f"free{k}", 3 + k, 9 + k) for k in range(2)]
     two_joint_files.write(tmp_path, *runs, two_joint_files.run("empty"), two_joint_files.loaded())
     monkeypatch.chdir(tmp_path)

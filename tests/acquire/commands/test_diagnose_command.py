@@ -13,7 +13,6 @@ from exidyn.acquire.commands import diagnose_command
 from exidyn.acquire.files.diagnosis_files import write_diagnosis
 from exidyn.acquire.files.report_files import read_shown
 from exidyn.identification.diagnosis import Quantity, Remainder
-from exidyn.identification.diagnosis.diagnose import Diagnosed
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.errors import RobotWarning
@@ -66,7 +65,7 @@ def sections_of(page):
 
 def answering(monkeypatch, answer):
     """Let the command answer with a diagnosis that needs no search."""
-    monkeypatch.setattr(diagnose_command, "diagnosed", lambda *a, **b: Diagnosed(answer(*a, **b), None))
+    monkeypatch.setattr(diagnose_command, "diagnose", answer)
 
 
 def test_quick_json_has_neither_simulation_nor_fit(runs, tmp_path, monkeypatch, capsys):

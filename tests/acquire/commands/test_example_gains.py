@@ -8,7 +8,7 @@ pytestmark = pytest.mark.clocked(patient=True)
 
 
 def test_the_example_finds_the_truth(tmp_path, capsys):
-    assert main(["example", "--seconds", "20", "--output", str(tmp_path)]) == 0
+    assert main(["example", "--length", "20", "--output", str(tmp_path)]) == 0
     printed, progress = capsys.readouterr()
     assert f"exidyn identify {tmp_path}/unloaded.mcap --payload {tmp_path}/loaded.mcap --mass 175" in progress
     lines = [line.split() for line in printed.partition("Identified and true values")[2].splitlines() if line]

@@ -24,7 +24,7 @@ from ...parts.small.small_fit import fit
 
 pytestmark = pytest.mark.clocked(patient=True)
 
-QUICK = ["--length", "3", "--tick", "0.004", "--search", "60"]
+QUICK = "--harmonics 1 --period 3 --length 3 --tick 0.004 --search 60".split()
 
 
 @pytest.fixture(autouse=True)
@@ -85,7 +85,7 @@ def test_a_region_is_kept(robot, tmp_path, monkeypatch):
         '[[region]]\npoint = "flange"\nlower = [-9.0, -9.0, -0.2]\nupper = [9.0, 9.0, 9.0]\n'
     )
     floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.2], [9.0, 9.0, 9.0]))
-    code, output = excite(robot, "--region", str(tmp_path / "cell.toml"))
+    code, output = excite(robot, "--cell", str(tmp_path / "cell.toml"))
     assert code == 0
     assert floor.worst(read_plan(output).trajectory).allowed
     code, output = excite(robot)
@@ -132,7 +132,10 @@ def test_an_obstacle_near_an_arm_without_bodies_is_refused(robot, tmp_path, caps
 
 WRONG = {
     "no time": (["--search", "-1"], "-1 s"),
+    "no harmonics": (["--harmonics", "0"], "harmonics: 0; there must be at least 1"),
     "no tick": (["--tick", "0"], "tick: 0 s"),
+    "period NaN": (["--period", "nan"], "period: nan s"),
+    "period endless": (["--period", "inf"], "period: inf s"),
     "length": (["--length", "-2"], "length: -2 s"),
     "seed": (["--seed", "-1"], "seed: -1"),
     "start values": (["--start", "1", "2", "3"], "--start: 3 values; give 1 or 2, one per joint"),
@@ -147,7 +150,7 @@ WRONG = {
     "centre NaN": (["--mass", "3", "--com", "nan", "0", "0"], "payload: com is nan, 0.0, 0.0"),
     "centre without payload": (["--com", "0", "0", "0"], "--com is the center"),
     "focus": (["--focus", "Kr"], "no base parameter called 'Kr'"),
-    "region": (["--region", "nowhere.toml"], "nowhere.toml"),
+    "cell": (["--cell", "nowhere.toml"], "nowhere.toml"),
 }
 
 
@@ -226,7 +229,7 @@ def test_ctrl_c_keeps_the_best(robot, tmp_path):
     """The whole group gets the signal, as from a keyboard, a second into a search of half a minute."""
     output = tmp_path / "best.toml"
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "excite", robot, "-o", str(output)]
-    command += ["--length", "6", "--search", "600"]
+    command += ["--harmonics", "15", "--period", "6", "--length", "6", "--search", "600"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )

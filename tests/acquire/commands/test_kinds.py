@@ -37,9 +37,9 @@ def excite(folder, *arguments):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_keeps_to_limits_and_region(robot, capsys, kind, monkeypatch):
-    make_small(monkeypatch)  # the calm motion under a chirp
-    assert excite(robot, "--kind", kind, "--region", str(robot / "cell.toml")) == 0
+def test_every_kind_keeps_to_limits_and_region(robot, capsys, kind):
+    period = ["--period", "3", "--harmonics", "1"]  # of the calm motion under a chirp
+    assert excite(robot, "--kind", kind, "--cell", str(robot / "cell.toml"), *period) == 0
     assert "BEYOND" not in capsys.readouterr().out
     plan = read_plan(robot / "trajectory.toml")
     assert plan.details["kind"] == kind
@@ -64,7 +64,8 @@ def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, cap
     springy = two_joints.model(JointSpring(("elbow",)))
     springy = replace(springy, stated={**springy.stated, "Ks2": Prior(20.0)})
     (robot / "springy.toml").write_text(model_text(springy))
-    assert excite(robot, "--against", str(robot / "springy.toml"), "--length", "3") == 0
+    small = ["--period", "3", "--harmonics", "1", "--length", "3"]
+    assert excite(robot, "--against", str(robot / "springy.toml"), *small) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "robot.toml or " in printed
     assert "the probability of choosing right is 50 % before the run" in printed
@@ -90,6 +91,7 @@ def test_a_file_that_cannot_be_written_is_reported_before_the_search(robot, caps
 
 def test_a_poor_motion_is_called_poor(robot, capsys, monkeypatch):
     make_small(monkeypatch)
-    assert excite(robot, "--start", "0.1", "0.2", "--window", "0.0005", "--search", "5") == 0
+    tight = ["--start", "0.1", "0.2", "--window", "0.0005", "--period", "3", "--harmonics", "1"]
+    assert excite(robot, *tight, "--search", "5") == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "WARNING: the best motion found is poor: condition number" in out

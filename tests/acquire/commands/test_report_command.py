@@ -16,7 +16,6 @@ from exidyn.identification.diagnosis import Remainder
 from exidyn.identification.diagnosis.improved.forward import Forward
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.verdict import certainty
-from exidyn.identification.errors import NotAFile
 from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
@@ -186,13 +185,6 @@ def test_a_diagnosis_reads_back(files):
     np.testing.assert_allclose(theirs.forward.torque_before, simulated().torque_before, rtol=1e-6)
     np.testing.assert_array_equal(theirs.forward.time, simulated().time)
     np.testing.assert_allclose(theirs.diagnosis.simulated.torque_rms_before, simulated().before)
-
-
-def test_a_diagnosis_of_an_older_format_is_refused_with_what_to_do(files, tmp_path, capsys):
-    table = json.loads((files / "diagnosis" / "diagnosis.json").read_text())
-    (tmp_path / "diagnosis.json").write_text(json.dumps(table | {"exidyn_diagnosis": 1}))
-    with pytest.raises(NotAFile, match="has format 1; this version reads 2; write it again"):
-        read_shown(tmp_path / "diagnosis.json")
 
 
 def test_a_fit_alone_brings_its_scores_and_asks_for_the_rest(files, tmp_path):

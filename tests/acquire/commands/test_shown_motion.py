@@ -71,18 +71,14 @@ def test_another_robot_is_warned_of_or_refused(folder, capsys):
     assert "the plan is for the joints shoulder, elbow of two joints; kr270 has joint1, joint2" in text
 
 
-def test_exports_are_those_of_the_table(folder, capsys):
-    given = [word for name in EXPORTS for word in ("--export", name, str(folder / f"out.{name}"))]
-    assert show(folder, "plan.toml", *given, "--rate", "10") == 0
-    for name, function in EXPORTS.items():
-        assert (folder / f"out.{name}").read_text(encoding="utf-8") == function(known_plan(MOTION), 10.0)
-    assert str(folder / "out.krl") in capsys.readouterr().err
-
-
-def test_an_unknown_format_is_refused_before_anything_is_written(folder, capsys):
-    assert show(folder, "plan.toml", "--export", "xml", str(folder / "out.xml")) == REFUSED
-    assert "no export format called 'xml'. Valid: csv, krl, ros" in capsys.readouterr().err
+@pytest.mark.parametrize("name", EXPORTS)
+def test_points_are_written_in_place_of_the_page(folder, capsys, name):
+    assert show(folder, "plan.toml", "--to", name, "-o", str(folder / "out"), "--rate", "10") == 0
+    assert (folder / "out").read_text(encoding="utf-8") == EXPORTS[name](known_plan(MOTION), 10.0)
+    assert str(folder / "out") in capsys.readouterr().err
     assert not (folder / "plan.html").exists()
+    assert show(folder, "plan.toml", "--to", name) == 0
+    assert (folder / f"plan.{name}").exists()
 
 
 def test_a_view_can_be_saved(folder, capsys):
@@ -107,7 +103,7 @@ def test_a_view_can_be_opened(folder, monkeypatch):
         (["--save", "x.rrd"], "give ROBOT"),
         (["--rate", "0"], "0 must be above 0"),
         (["--rate", "nan"], "nan must be above 0"),
-        (["--export", "csv"], "expected 2 arguments"),
+        (["--to", "xml"], "invalid choice: 'xml' (choose from 'csv', 'krl', 'ros"),
         (["--length", "3"], "--show and --length cannot be used together"),
     ],
 )

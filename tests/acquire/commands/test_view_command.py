@@ -68,7 +68,7 @@ def files(tmp_path_factory):
 def saved(folder, tmp_path, *names):
     """Chunks of the view of some files."""
     path = tmp_path / "view.rrd"
-    assert main(["view", *(str(folder / name) for name in names), "-o", str(path)]) == 0
+    assert main(["view", *(str(folder / name) for name in names), "--save", str(path)]) == 0
     return read(path)
 
 
@@ -199,7 +199,7 @@ def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
 
 def test_a_diagnosis_without_traces_has_words(files, tmp_path):
     shutil.copy(files / "diagnosis.json", tmp_path / "moved.json")
-    assert main(["view", str(tmp_path / "moved.json"), "-o", str(tmp_path / "view.rrd")]) == 0
+    assert main(["view", str(tmp_path / "moved.json"), "--save", str(tmp_path / "view.rrd")]) == 0
     entities = {entity for entity, _ in read(tmp_path / "view.rrd")}
     assert {"/texts/verdict", "/texts/findings", "/texts/budget"} <= entities
     assert not any(entity.startswith("/runs") for entity in entities)
@@ -231,7 +231,7 @@ def test_lasting_residuals_are_means_of_what_slides():
 def test_traces_that_were_cut_off_are_refused(files, tmp_path, capsys):
     shutil.copy(files / "diagnosis.json", tmp_path)
     (tmp_path / NAME).write_bytes((files / NAME).read_bytes()[:2000])
-    assert main(["view", str(tmp_path / "diagnosis.json"), "-o", str(tmp_path / "view.rrd")]) == REFUSED
+    assert main(["view", str(tmp_path / "diagnosis.json"), "--save", str(tmp_path / "view.rrd")]) == REFUSED
     assert "is not a file of traces, or was cut off" in capsys.readouterr().err
 
 
@@ -255,8 +255,8 @@ def test_traces_are_those_of_the_evidence(files):
         (["other.json"], "has format 9; this version reads 2; update exidyn"),
         (["half.json"], "is not JSON, or was cut off"),
         (["bare.json"], "key 'name' is missing"),
-        (["run.mcap", "--browser", "nowhere"], "--serve nowhere"),
-        (["run.mcap", "-o", "no/folder.rrd"], "there is no folder"),
+        (["run.mcap", "--serve", "nowhere"], "--serve nowhere"),
+        (["run.mcap", "--save", "no/folder.rrd"], "there is no folder"),
     ],
 )
 def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp_path, capsys):
@@ -264,8 +264,8 @@ def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp
     for name, text in texts.items():
         (files / f"{name}.json").write_text(text)
     given = [str(files / name) if "." in name and "/" not in name else name for name in names]
-    if len({"--browser", "-o"} & set(given)) == 0:
-        given += ["-o", str(tmp_path / "view.rrd")]
+    if len({"--serve", "--save"} & set(given)) == 0:
+        given += ["--save", str(tmp_path / "view.rrd")]
     assert main(["view", *given]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
     assert message in line
@@ -304,7 +304,7 @@ def test_browser_shows_a_diagnosis_until_it_is_ended(files, tmp_path):
     port, pictures = free_port(), []
     command = [sys.executable, "-m", "exidyn.acquire.command_line", "view", str(files / "diagnosis.json")]
     process = subprocess.Popen(
-        [*command, "--browser", f"127.0.0.1:{port}"],
+        [*command, "--serve", f"127.0.0.1:{port}"],
         stderr=subprocess.PIPE,
         start_new_session=True,
         # Where tests run in the background, Ctrl-C is ignored, and children inherit that.

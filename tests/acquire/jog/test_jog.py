@@ -65,7 +65,7 @@ def wrong(text):
 
 @pytest.mark.parametrize("joint", ["2", "joint3"])
 def test_a_right_joint_is_judged_right(joint, capsys):
-    code, text = jog(capsys, "--joint", joint)
+    code, text = jog(capsys, joint)
     assert code == DONE
     assert list(verdicts(text).values())[:4] == ["right"] * 4
     assert text["stop"] == "none"
@@ -73,7 +73,7 @@ def test_a_right_joint_is_judged_right(joint, capsys):
 
 
 def test_a_robot_with_negative_gains_and_a_balancer_is_right_too(capsys):
-    assert main(["jog", "--robot", "kr270", "--joint", "2", "--json", "-"]) == DONE
+    assert main(["jog", "2", "--robot", "kr270", "--json", "-"]) == DONE
     text = json.loads(capsys.readouterr().out)
     assert set(verdicts(text).values()) == {"right"}
     zero = text["judgements"][-1]
@@ -81,13 +81,13 @@ def test_a_robot_with_negative_gains_and_a_balancer_is_right_too(capsys):
 
 
 def test_down_is_as_good_as_up(capsys):
-    code, text = jog(capsys, "--joint", 3, "--degrees", -4)
+    code, text = jog(capsys, 3, "--degrees", -4)
     assert code == DONE
     assert list(verdicts(text).values())[:4] == ["right"] * 4
 
 
 def test_a_joint_that_gravity_does_not_pull_at_shows_no_gain(capsys):
-    code, output = jog(capsys, "--joint", 1)
+    code, output = jog(capsys, 1)
     assert code == DONE
     assert verdicts(output)[GRAVITY] == "unknown"
     assert verdicts(output)[ZERO] == "unknown"
@@ -106,7 +106,7 @@ def test_a_joint_that_gravity_does_not_pull_at_shows_no_gain(capsys):
     ],
 )
 def test_wrong_encoders_are_reported(faults, value, expected, capsys):
-    code, text = jog(capsys, "--joint", 3, "--set", f"faults={faults}")
+    code, text = jog(capsys, 3, "--set", f"faults={faults}")
     assert code in (WRONG, STOPPED)
     assert wrong(text) == expected
     assert text["judgements"][0]["value"] == pytest.approx(value, abs=0.02)
@@ -124,7 +124,7 @@ def test_wrong_encoders_are_reported(faults, value, expected, capsys):
 )
 def test_wrong_gains_are_reported(factor, expected, words, capsys):
     nominal = robot_with(drive_gain=factor * ROBOT.drive_gain)
-    assert main(["jog", "--robot", nominal, "--plant", "cobot", "--joint", "2", "--json", "-"]) == WRONG
+    assert main(["jog", "2", "--robot", nominal, "--plant", "cobot", "--json", "-"]) == WRONG
     output = json.loads(capsys.readouterr().out)
     assert wrong(output) == expected
     assert words in " ".join(one["text"] for one in output["judgements"])
@@ -137,23 +137,23 @@ def test_a_load_that_nobody_named_is_seen_and_a_named_one_is_right(capsys):
     )
     with open("loaded.toml", "w", encoding="utf-8") as file:
         file.write(model_text(replace(MODEL, robot=replace(ROBOT, kinematics=loaded))))
-    code, text = jog(capsys, "--joint", 2, "--plant", "loaded.toml")
+    code, text = jog(capsys, 2, "--plant", "loaded.toml")
     assert (code, wrong(text)) == (WRONG, [GRAVITY])
-    code, text = jog(capsys, "--joint", 2, "--mass", 10, "--com", 0, 0, 0.1)
+    code, text = jog(capsys, 2, "--mass", 10, "--com", 0, 0, 0.1)
     assert code == DONE
     assert verdicts(text)[GRAVITY] == "right"
 
 
 def test_without_gains_currents_show_nothing(capsys):
     unknown = robot_with(drive_gain=np.ones(6))
-    assert main(["jog", "--robot", unknown, "--plant", "cobot", "--joint", "2", "--json", "-"]) == DONE
+    assert main(["jog", "2", "--robot", unknown, "--plant", "cobot", "--json", "-"]) == DONE
     output = json.loads(capsys.readouterr().out)
     assert verdicts(output)[FRICTION] == "unknown"
     assert "no drive gains" in output["judgements"][2]["text"]
 
 
 def test_without_currents_only_the_way_is_reported(capsys):
-    code, output = jog(capsys, "--joint", 2, "--set", "silent=current")
+    code, output = jog(capsys, 2, "--set", "silent=current")
     assert code == DONE
     assert "neither current nor torque" in output["judgements"][2]["text"]
 
@@ -163,30 +163,30 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
     limits = replace(slides.robot.limits, velocity=np.full(3, 1.0), velocity_lower=np.full(3, -1.0))
     slides = Model(replace(slides.robot, limits=limits), (RigidBody(), CoulombFriction(("achse_1",))))
     (tmp_path / "slides.toml").write_text(model_text(slides))
-    assert main(["jog", "--robot", "slides.toml", "--joint", "3", "--mm", "-8", "--json", "-"]) in (
+    assert main(["jog", "3", "--robot", "slides.toml", "--mm", "-8", "--json", "-"]) in (
         DONE,
         WRONG,
     )
     text = json.loads(capsys.readouterr().out)
     assert text["distance"] == pytest.approx(-0.008)
     assert text["judgements"][0]["value"] == pytest.approx(1.0, abs=0.05)
-    assert main(["jog", "--robot", "slides.toml", "--joint", "3", "--degrees", "2"]) == REFUSED
+    assert main(["jog", "3", "--robot", "slides.toml", "--degrees", "2"]) == REFUSED
     assert "achse_3 is prismatic: give the distance with --mm" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--joint", "elbow"], "no joint 'elbow'. Valid joints: joint1, joint2"),
-        (["--joint", "0"], "numbers 1 to 6"),
-        (["--joint", "7"], "no joint '7'"),
-        (["--joint", "2", "--degrees", "11"], "11 deg; a jog goes up to 10 deg in either direction"),
-        (["--joint", "2", "--degrees", "0"], "0 deg; a jog goes up to 10 deg"),
-        (["--joint", "2", "--mm", "5"], "joint2 is revolute: give the distance with --degrees"),
-        (["--joint", "2", "--com", "0", "0", "1"], "com given without --mass"),
-        (["--joint", "2", "--current", "1", "2"], "--current has 2 values"),
-        (["--joint", "2", "-o", "run.txt"], "recordings end in .mcap"),
-        (["--joint", "2", "--driver", "feetech", "--plant", "kr270"], "feetech moves a real arm"),
+        (["elbow"], "no joint 'elbow'. Valid joints: joint1, joint2"),
+        (["0"], "numbers 1 to 6"),
+        (["7"], "no joint '7'"),
+        (["2", "--degrees", "11"], "11 deg; a jog goes up to 10 deg in either direction"),
+        (["2", "--degrees", "0"], "0 deg; a jog goes up to 10 deg"),
+        (["2", "--mm", "5"], "joint2 is revolute: give the distance with --degrees"),
+        (["2", "--com", "0", "0", "1"], "com given without --mass"),
+        (["2", "--current", "1", "2"], "--current has 2 values"),
+        (["2", "-o", "run.txt"], "recordings end in .mcap"),
+        (["2", "--driver", "feetech", "--plant", "kr270"], "feetech moves a real arm"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, words, capsys, tmp_path):
@@ -202,7 +202,7 @@ def test_beyond_the_limits_nothing_is_powered_and_nothing_moved(capsys, tmp_path
     (tmp_path / "narrow.toml").write_text(model_text(replace(MODEL, robot=replace(ROBOT, limits=narrow))))
     with CELLS["kuka_rsi"](tmp_path) as (peer, path):
         arguments = ["--robot", "narrow.toml", "--controller", str(path), "--yes"]
-        assert main(["jog", *arguments, "--joint", "2"]) == REFUSED
+        assert main(["jog", "2", *arguments]) == REFUSED
         peer.close()
         assert json.loads(peer.lines[-1])["farthest"] == 0.0
     text = capsys.readouterr().err
@@ -214,7 +214,7 @@ def test_without_a_yes_nothing_is_opened(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
     servos = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1, 2, 3, 4, 5, 6]"]
     servos += ["--set", "cycle=0.01"]
-    assert main(["jog", "--robot", "cobot", "--joint", "2", *servos]) == STOPPED
+    assert main(["jog", "2", "--robot", "cobot", *servos]) == STOPPED
     text = capsys.readouterr().err
     assert "joint2, joint 2 of 6, +2.00 deg and back at 2 deg/s" in text
     assert "not safety-rated" in text
@@ -226,16 +226,14 @@ def test_without_a_yes_nothing_is_opened(capsys, monkeypatch, tmp_path):
 def test_yes_alone_moves_nothing_real(capsys, monkeypatch):
     monkeypatch.delenv(UNATTENDED)
     servos = ["--driver", "feetech", "--set", "port=/dev/nowhere", "--set", "ids=[1, 2, 3, 4, 5, 6]"]
-    assert (
-        main(["jog", "--robot", "cobot", "--joint", "2", "--yes", *servos, "--set", "cycle=0.01"]) == REFUSED
-    )
+    assert main(["jog", "2", "--robot", "cobot", "--yes", *servos, "--set", "cycle=0.01"]) == REFUSED
     assert UNATTENDED in capsys.readouterr().err
 
 
 def test_it_is_recorded_and_the_place_is_printed(capsys):
-    assert main(["jog", "--robot", "cobot", "--joint", "2"]) == DONE
-    assert main(["jog", "--robot", "cobot", "--joint", "2", "-o", "elbow.mcap"]) == DONE
-    assert main(["jog", "--robot", "cobot", "--joint", "2"]) == DONE
+    assert main(["jog", "2", "--robot", "cobot"]) == DONE
+    assert main(["jog", "2", "--robot", "cobot", "-o", "elbow.mcap"]) == DONE
+    assert main(["jog", "2", "--robot", "cobot"]) == DONE
     printed = capsys.readouterr()
     for name in ("jog.mcap", "elbow.mcap", "jog-2.mcap"):
         assert f"written: {name}" in printed.err
@@ -247,7 +245,7 @@ def test_it_is_recorded_and_the_place_is_printed(capsys):
 
 
 def test_a_person_reads_where_it_goes_and_what_is_in_order(capsys):
-    assert main(["jog", "--robot", "cobot", "--joint", "2"]) == DONE
+    assert main(["jog", "2", "--robot", "cobot"]) == DONE
     printed = capsys.readouterr()
     said = " ".join(printed.err.split())
     assert "joint2 stands at -126.00 deg (limits -180.0 to 0.0), goes to -124.00 deg and back" in said
@@ -276,11 +274,11 @@ def test_the_motion_is_slow_and_ends_where_it_began():
 
 
 def test_a_kuka_is_right_and_exchanged_axes_are_not(tmp_path, capsys):
-    code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 2)
+    code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, 2)
     assert code == DONE, output["text"]
     assert list(verdicts(output).values())[:4] == ["right"] * 4
     assert json.loads(peer.lines[-1])["farthest"] == pytest.approx(2.0, abs=0.01)
-    code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 2, axes="A1 A3 A2 A4 A5 A6")
+    code, output, peer = jog_on("kuka_rsi", tmp_path, capsys, 2, axes="A1 A3 A2 A4 A5 A6")
     assert (code, wrong(output)) == (WRONG, [GRAVITY])
     assert "the order of the joints" in output["judgements"][3]["text"]
 
@@ -294,37 +292,37 @@ def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys
         return flange_travel(*arguments)
 
     monkeypatch.setattr(jog_command, "flange_travel", slow)
-    _, output, _ = jog_on(cell, tmp_path, capsys, "--joint", 2)
+    _, output, _ = jog_on(cell, tmp_path, capsys, 2)
     assert output["stop"] == "none", output["text"]
 
 
 def test_a_kuka_axis_that_turns_against_its_joint_is_wrong(tmp_path, capsys):
     sign = [1, 1, -1, 1, 1, 1]
-    code, text, _ = jog_on("kuka_rsi", tmp_path, capsys, "--joint", 3, sign=sign)
+    code, text, _ = jog_on("kuka_rsi", tmp_path, capsys, 3, sign=sign)
     assert code == WRONG
     assert FRICTION in wrong(text)
 
 
 def test_drives_on_can_are_right_and_a_current_of_the_other_sign_is_not(tmp_path, capsys):
-    code, text, peer = jog_on("canopen_402", tmp_path, capsys, "--joint", 3, "--degrees", 4)
+    code, text, peer = jog_on("canopen_402", tmp_path, capsys, 3, "--degrees", 4)
     assert code == DONE
     assert list(verdicts(text).values())[:3] == ["right"] * 3
     assert peer.printed("enabled")
     nominal = robot_with(drive_gain=-ROBOT.drive_gain)
-    code, text, _ = jog_on("canopen_402", tmp_path, capsys, "--joint", 3, "--degrees", 4, "--robot", nominal)
+    code, text, _ = jog_on("canopen_402", tmp_path, capsys, 3, "--degrees", 4, "--robot", nominal)
     assert code == WRONG
     assert FRICTION in wrong(text)
 
 
 def test_servos_are_right(tmp_path, capsys):
-    code, text, _ = jog_on("dynamixel", tmp_path, capsys, "--joint", 3, "--degrees", 4)
+    code, text, _ = jog_on("dynamixel", tmp_path, capsys, 3, "--degrees", 4)
     assert code == DONE
     assert list(verdicts(text).values())[:3] == ["right"] * 3
 
 
 def test_torque_of_motors_that_is_none_is_seen(tmp_path, capsys):
     """These motors state their currents where the frame has torque."""
-    code, text, _ = jog_on("can_mit", tmp_path, capsys, "--joint", 2, "--degrees", 4)
+    code, text, _ = jog_on("can_mit", tmp_path, capsys, 2, "--degrees", 4)
     assert verdicts(text)["way"] == "right"
     assert code == WRONG
     assert wrong(text) == [GRAVITY]
@@ -335,7 +333,5 @@ def test_a_controller_that_only_reports_is_not_jogged(tmp_path, capsys):
     given = {"controller": "127.0.0.1", "config": str(config), "wait": 20.0}
     with rsi_controller.running(config):
         path = controller_file(tmp_path, "kuka_rsi", given)
-        assert (
-            main(["jog", "--robot", "cobot", "--controller", str(path), "--joint", "2", "--yes"]) == REFUSED
-        )
+        assert main(["jog", "2", "--robot", "cobot", "--controller", str(path), "--yes"]) == REFUSED
     assert "the controller only sends" in capsys.readouterr().err

@@ -11,11 +11,14 @@ SHOWN = (
     "UR: connection cut", "KUKA: axis runs on", "CAN: power of a drive lost",
     "CAN: a drive leaves operational",
 )  # fmt: skip
-"""One of each kind; `benchmarks/record.py --only told` has all."""
+"""One of each kind; `./check --long` runs all."""
+ALL = [
+    pytest.param(case, marks=[pytest.mark.long] * (case.name not in SHOWN), id=case.name) for case in CASES
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", [case for case in CASES if case.name in SHOWN], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", ALL)
 def test_what_the_arm_does_at_the_end_is_told_everywhere(case, tmp_path):
     seen, places, bad, _ = attempted(case, tmp_path)
     assert places == [], seen

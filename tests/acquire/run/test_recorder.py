@@ -203,7 +203,7 @@ def test_a_killed_recorder_leaves_a_readable_file_up_to_just_before(tmp_path, vi
     assert left.file.name == "run.mcap.part"
     assert left.recording.trajectory == "x = 1\n"
     assert left.recording.warnings[0].startswith("file ends abruptly")
-    assert left.lost_ms < 500.0  # how much less benchmarks/record_kill.py measures
+    assert left.lost_ms < 500.0
     if "loop" not in victims:
         assert left.printed.startswith("failure its process ended")
 

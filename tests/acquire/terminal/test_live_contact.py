@@ -14,6 +14,7 @@ from exidyn.acquire.terminal.watch_text import External, json_line, line, table_
 from exidyn.drivers import Info, Sample
 from exidyn.identification.contact.contact import contact
 from exidyn.identification.errors import RecordingError
+from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.robot_files.robot_file import model_text
 
@@ -64,7 +65,7 @@ def test_a_threshold_needs_runs_that_the_fit_has_not_used():
 def test_the_arm_of_watch_is_that_of_the_fit(tmp_path, capsys):
     """Joint names alone would let the fit of one arm judge another with six joints."""
     fit = small_fit.fit()
-    fit.save(tmp_path / "fit.json")
+    write_fit(fit, tmp_path / "fit.json")
     model = two_joint_files.of_another_arm(two_joint_files.run("new")).model
     other = replace(model, robot=replace(model.robot, name="long arm"))
     (tmp_path / "robot.toml").write_text(model_text(other))
@@ -96,7 +97,7 @@ def test_words_of_a_reading():
 
 @pytest.mark.clocked(patient=True)
 def test_watch_estimates_on_the_mock(tmp_path, monkeypatch, capsys):
-    small_fit.fit().save(tmp_path / "fit.json")
+    write_fit(small_fit.fit(), tmp_path / "fit.json")
     monkeypatch.chdir(tmp_path)
     arguments = [
         "--fit",

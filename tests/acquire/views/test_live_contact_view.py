@@ -11,6 +11,7 @@ from exidyn.acquire.views.live_view import CONTACT_PROCESS, Targets, start_view
 from exidyn.acquire.views.parts import ARM, reach
 from exidyn.drivers import Sample
 from exidyn.identification.contact.contact import contact
+from exidyn.identification.fit.fit_file import write_fit
 
 from ...parts.pages.rerun_viewer import numbers, numbers_nested, read, seconds
 from ...parts.small import small_fit, two_joint_files
@@ -114,7 +115,7 @@ def test_without_a_threshold_there_are_torques_only():
 
 
 def test_watch_saves_the_view_of_the_mock(tmp_path, monkeypatch, capsys):
-    small_fit.fit().save(tmp_path / "fit.json")
+    write_fit(small_fit.fit(), tmp_path / "fit.json")
     monkeypatch.chdir(tmp_path)
     arguments = ["--fit", "fit.json", "--driver", "mock", "--length", "2"]
     assert main(["watch", *arguments, "--save", "live.rrd"]) == 0
@@ -138,7 +139,7 @@ def test_watch_saves_the_view_of_the_mock(tmp_path, monkeypatch, capsys):
 def test_a_view_that_cannot_be_is_refused_before_the_controller_is_opened(
     tmp_path, monkeypatch, arguments, message, capsys
 ):
-    small_fit.fit().save(tmp_path / "fit.json")
+    write_fit(small_fit.fit(), tmp_path / "fit.json")
     monkeypatch.chdir(tmp_path)
     assert main(["watch", "--driver", "mock", *arguments]) == 2
     assert message in capsys.readouterr().err

@@ -108,13 +108,6 @@ def _first_order(values, pole):
     return signal.lfilter([share], [1.0, share - 1.0], values, axis=0, zi=start)[0]
 
 
-def test_a_weight_on_the_flange_is_a_force():
-    """A mass that the fit does not have: its weight, while the arm stands."""
-    weight = arm.run("weight", 7, 6.0, [arm.Touch((0.0, 0.0, -0.5 * 9.81), 0.0, 6.0)], speed=0.0)
-    wrench = contact(fit(), weight, free()).wrench
-    assert -np.nanmean(wrench[-1000:, 2]) / 9.81 == pytest.approx(0.5, abs=0.02)
-
-
 def test_pieces_and_single_samples_give_what_the_whole_run_gives():
     run = free()[0]
     rows = samples(run, 400)

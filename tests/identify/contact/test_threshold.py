@@ -6,12 +6,7 @@ from scipy import stats
 
 from exidyn.identification.contact.alarms import Alarms
 from exidyn.identification.contact.observer import Estimates
-from exidyn.identification.contact.threshold import (
-    BLOCK,
-    Tail,
-    Threshold,
-    block_maxima,
-)
+from exidyn.identification.contact.threshold import Tail, Threshold, block_maxima
 from exidyn.identification.errors import RecordingError
 
 SLOW = np.array([0.02, 0.02])
@@ -89,14 +84,8 @@ def test_alarms_join_within_a_block_and_pieces_give_the_same():
     whole.add(estimates)
     for k in range(0, len(run), 17):
         rows = slice(k, k + 17)
-        pieces.add(
-            Estimates(
-                *(
-                    getattr(estimates, name)[rows]
-                    for name in ("time", "torque", "position", "velocity", "load")
-                )
-            )
-        )
+        names = ("time", "torque", "position", "velocity", "load")
+        pieces.add(Estimates(*(getattr(estimates, name)[rows] for name in names)))
     for alarms in (whole, pieces):
         assert [(round(a.start, 1), round(a.end, 1), a.joint) for a in alarms.all] == [
             (10.0, 11.0, 1),
@@ -116,4 +105,3 @@ def test_short_or_empty_runs_are_refused():
     with pytest.raises(RecordingError, match="no usable samples"):
         Threshold.of([unknown], SLOW)
     assert len(block_maxima(unknown.time, np.full(len(unknown), np.nan))) == 0
-    assert BLOCK == 1.0

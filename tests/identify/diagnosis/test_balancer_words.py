@@ -26,11 +26,6 @@ TRUE = SpringBalancer("shoulder", d21=0.7, d22=0.21, phi=0.4)
 KR, K0 = 50400.0, -20000.0
 
 
-def plain(one) -> dict:
-    """The table of its file."""
-    return as_json(one)
-
-
 def found():
     """As the search has it: lengths over d21, so stiffness times its square."""
     values = {"Kr": KR * 0.7**2, "K0": K0 * 0.7, "d21": 1.0, "d22": 0.3, "phi": 0.4}
@@ -46,15 +41,12 @@ def stated():
 
 
 def test_stiffness_is_told_with_the_length_that_is_not_known():
-    table = plain(diagnosis(stated()))["findings"][0]["parameters"]
+    table = as_json(diagnosis(stated()))["findings"][0]["parameters"]
     assert set(table) == {STIFFNESS, PRELOAD, LEVERS, "phi", "torque_least", "torque_most"}
     assert {table[name]["unit"] for name in (STIFFNESS, PRELOAD)} == {"N m"}
     assert table[STIFFNESS]["value"] / TRUE.d21**2 == pytest.approx(KR)
     assert table[PRELOAD]["value"] / TRUE.d21 == pytest.approx(K0)
     assert table[LEVERS]["value"] * TRUE.d21 == pytest.approx(TRUE.d22)
-
-
-def test_text_has_no_stiffness_and_says_which_length_gives_it():
     page = summary(diagnosis(stated()))
     assert "N/m " not in page.replace("[N/m]", "")
     lines = " ".join(verdict(diagnosis(stated())))

@@ -19,31 +19,22 @@ def blocks(seed, mean, error, size):
     return own * size + np.sqrt(size) * rng.normal(size=len(size))
 
 
-def test_nothing_is_as_often_above_as_below_zero():
+def test_nothing_and_what_replaces_an_effect_are_seldom_above_zero():
     size = np.random.default_rng(1).lognormal(1.0, 1.5, BLOCKS)
     odds = np.array([above_zero(blocks(seed, 0.0, 0.0, size), size) for seed in range(REPEATS)])
     above = 1.0 / (1.0 + np.exp(-odds))
     assert np.mean(above > 0.95) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / REPEATS)
     assert stats.kstest(above, "uniform").statistic < 0.12  # cautious, since few blocks count for most
-
-
-def test_what_replaces_an_effect_with_either_sign_is_not_that_effect():
     size = np.random.default_rng(2).lognormal(5.0, 1.5, BLOCKS)
     odds = np.array([above_zero(blocks(seed, 0.0, 1.0, size), size) for seed in range(REPEATS)])
     assert np.mean(odds > np.log(19.0)) < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / REPEATS)
 
 
-def test_a_formula_wrong_by_a_third_is_certain_by_the_number_of_blocks():
-    """Four blocks have nearly all of the effect, but all have the same sign of it."""
+def test_few_blocks_are_certain_by_their_number_and_agreement():
+    # Four blocks have nearly all of the effect, but all have the same sign of it.
     size = np.append(np.full(4, 800.0), np.full(BLOCKS - 4, 30.0))
     assert above_zero(blocks(3, 1.0, 0.35, size), size) > 15.0
-
-
-def test_blocks_that_agree_to_the_last_digit_are_certain():
     assert above_zero(np.full(8, 3.0), np.full(8, 3.0)) > 15.0
-
-
-def test_one_block_shows_nothing():
     assert above_zero(np.array([50.0, 0.0, 0.0]), np.array([50.0, 0.0, 0.0])) == 0.0
     assert above_zero(np.zeros(5), np.zeros(5)) == 0.0
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.diagnose import diagnose, noise_floor
+from exidyn.identification.diagnosis.diagnose import noise_floor
 from exidyn.identification.diagnosis.questions.question import ask
 from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget, changes
 from exidyn.identification.diagnosis.results.remainder import discrepancies
@@ -15,7 +15,7 @@ from exidyn.identification.diagnosis.search.selected import Selected
 from exidyn.identification.effects import JointSpring, LoadDependentFriction
 from exidyn.identification.preparation.prepare import Filtering
 
-from ...parts.small.small_diagnosis import nominal_model
+from ...parts.small.small_diagnosis import diagnosis, nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows
 from ...parts.small.small_search import record, searched
 
@@ -97,11 +97,11 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
 
 
 def test_a_diagnosis_shows_where_the_misfit_goes():
-    text = diagnose(nominal_model(), record([JointSpring(("elbow",))], {"Ks2": 6.0}), "small")
-    [spring] = [share for share in text.budget.shares if share.finding == 0]
+    budget = diagnosis().budget
+    [spring] = [share for share in budget.shares if share.finding == 0]
     assert spring.percent[1] > 95.0
     assert spring.percent[0] < 5.0
-    assert text.budget.held_out
+    assert budget.held_out
 
 
 def test_changes_are_what_a_candidate_alone_takes_from_the_error():

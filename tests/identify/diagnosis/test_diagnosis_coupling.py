@@ -18,7 +18,7 @@ from exidyn.identification.simulation.plant import Transmission
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
-from ...parts.small.small_search import problem, record
+from ...parts.small.small_search import record, sound_problem
 
 pytestmark = pytest.mark.slow
 
@@ -45,7 +45,7 @@ def coupled(coupling):
 
 @pytest.mark.parametrize(("motor", "other", "ratio"), [(1, 0, 1.0), (0, 1, -0.5)])
 def test_columns_are_what_links_elsewhere_ask_of_both_motors(motor, other, ratio):
-    at = problem(record(roles=("identify",)))
+    at = sound_problem()
     coupling = np.eye(2)
     coupling[motor, other] = ratio
     [candidate] = [
@@ -60,6 +60,7 @@ def test_columns_are_what_links_elsewhere_ask_of_both_motors(motor, other, ratio
     assert np.max(np.abs(more)) > 1.0
 
 
+@pytest.mark.long
 def test_a_link_that_is_not_where_its_motor_states_is_found_with_its_ratio():
     coupling = np.array([[1.0, 0.0], [0.8, 1.0]])
     found = diagnose(nominal_model(), coupled(coupling), "coupled")
@@ -95,7 +96,7 @@ def by_motors(position, velocity, acceleration):
 
 
 def test_columns_for_currents_of_the_motors_take_the_links_torque_from_the_other_motor():
-    at = problem(record(roles=("identify",)))
+    at = sound_problem()
     [candidate] = [
         one
         for one in hypotheses("kinematic_coupling", at.model)
@@ -112,7 +113,7 @@ def test_columns_for_currents_of_the_motors_take_the_links_torque_from_the_other
 
 
 def test_an_arm_with_that_coupling_needs_the_torque_of_its_columns():
-    at = problem(record(roles=("identify",)))
+    at = sound_problem()
     run, model = at.runs[0].after(at.model, at.model.nominal_values), at.model
     [candidate] = [
         one

@@ -44,7 +44,7 @@ def asked(*answers):
 DRAG, DRY = {"exponent": 0.5}, {"reversal": 0.1}
 
 
-def test_rivals_of_which_none_is_credible_alone_are_one_finding(plain):
+def test_rivals_of_one_joint_count_together_and_a_family_is_named(plain):
     rivals = [
         answer("nonlinear_viscous_friction", 1.8, **DRAG),
         answer("coulomb_friction", 1.4, kind=GRADUAL, **DRY),
@@ -58,13 +58,7 @@ def test_rivals_of_which_none_is_credible_alone_are_one_finding(plain):
     assert found.odds + found.together == pytest.approx(np.log(np.exp([1.8, 1.4, 1.3, 0.2]).sum()))
     assert not found.named
     assert found.family[0] == ""
-
-
-def test_rivals_on_different_joints_do_not_count_together(plain):
     assert asked(answer("hysteresis", 2.0), answer("hysteresis", 2.0, joint=1)) is None
-
-
-def test_a_family_is_named_where_its_members_are_not(plain):
     found = asked(
         answer("nonlinear_viscous_friction", 3.5, **DRAG),
         answer("coulomb_friction", 3.4, kind=GRADUAL, **DRY),
@@ -73,9 +67,6 @@ def test_a_family_is_named_where_its_members_are_not(plain):
     family, probability = found.family
     assert family == "sublinear"
     assert probability > 0.95
-
-
-def test_what_depends_on_velocity_is_named_so_where_its_shape_is_open(plain):
     found = asked(answer("nonlinear_viscous_friction", 3.5, **DRAG), answer("stribeck_friction", 3.4))
     assert found.family == ("velocity", found.dependence_probability)
 
@@ -103,6 +94,7 @@ class Lorentzian(JointEffect):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_mismatch_of_a_formula_has_no_second_name():
     found = searched(record([Lorentzian(("elbow",))], {"Fl2": 1.0}))
     [one] = [one for one in found.selected if one.answer.candidate.joints == (1,)]

@@ -10,15 +10,15 @@ from exidyn.identification.diagnosis.findings.family import FAMILIES
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identification.diagnosis.search import checks, held_out
 from exidyn.identification.diagnosis.words.verdict import verdict
-from exidyn.identification.effects import JointSpring, NonlinearViscousFriction
+from exidyn.identification.effects import NonlinearViscousFriction
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
-from ...parts.small.small_search import names, problem, record, searched
+from ...parts.small.small_search import drag_search, names, record, searched, spring_search
 
 
 def test_a_finding_is_compared_with_the_model_without_it_on_runs_held_out():
-    found = searched(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    found = spring_search()
     with_spring, without = (
         checks._held_out(found.problem, some, found.without_findings) for some in (found.selected, ())
     )
@@ -40,14 +40,14 @@ def test_nominal_values_stay_where_fitted_ones_predict_a_joint_worse(monkeypatch
 
 
 def test_a_problem_at_nominal_holds_what_the_model_states():
-    one = problem(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    one = spring_search().problem
     held, free = one.at_nominal().prediction([]), one.prediction([])
     np.testing.assert_allclose(held.values[one.stated], held.rows.mean[one.stated], atol=1e-9)
     assert np.any(np.abs(free.values - free.rows.mean)[one.stated] > 1e-3)
 
 
 def test_a_finding_that_predicts_a_joint_held_out_worse_goes(monkeypatch):
-    found = searched(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    found = spring_search()
     [spring] = found.selected
 
     def judged(with_it, without):
@@ -72,7 +72,7 @@ def test_a_finding_that_runs_held_out_contradict_goes():
 
 
 def test_a_finding_that_predicts_a_joint_worse_in_one_shape_stays_in_another(monkeypatch):
-    found = searched(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
+    found = drag_search()
     [drag] = found.selected
     best = drag.answer.candidate
 
@@ -87,7 +87,7 @@ def test_a_finding_that_predicts_a_joint_worse_in_one_shape_stays_in_another(mon
 
 
 def test_findings_that_share_the_blame_go_until_no_joint_is_worse(monkeypatch):
-    found = searched(record([JointSpring(("elbow",))], {"Ks2": 6.0}))
+    found = spring_search()
     [spring] = found.selected
     three = [spring._replace(odds=spring.odds - k) for k in range(3)]
     ratios = {0: 1.0, 1: 1.01, 2: 1.06, 3: 1.1}  # each is harmless alone

@@ -8,11 +8,10 @@ import pytest
 from exidyn.identification.diagnosis.candidates.joint_elasticity import of_stiffness
 from exidyn.identification.diagnosis.search.problem import Problem
 from exidyn.identification.diagnosis.search.search import search
-from exidyn.identification.effects import JointSpring
 from exidyn.identification.measurements.twist import bent
 from exidyn.identification.simulation.plant.link_size import link_size
 
-from ...parts.small.small_search import TICK, names, problem, record
+from ...parts.small.small_search import TICK, names, problem, record, spring_search
 
 pytestmark = pytest.mark.slow
 
@@ -33,8 +32,8 @@ def bending(at: Problem) -> Problem:
 
 
 def test_stiffness_is_that_between_the_encoders_whatever_else_is_found():
-    at = problem(record([JointSpring(("elbow",))], {"Ks2": 60.0, "Ts2": 5.0}))
-    without, found = search(at), search(bending(at))
+    without = spring_search()
+    found = search(bending(without.problem))
     gears = {("joint_elasticity", (0,)), ("joint_elasticity", (1,))}
     assert gears < set(names(found))
     assert set(names(found)) - gears == set(names(without))

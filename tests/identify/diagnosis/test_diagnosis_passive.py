@@ -36,22 +36,16 @@ def test_its_noise_is_no_floor_above_which_something_is_left(run):
     assert 1 not in {remainder.joint for remainder in found.remainders}
 
 
-def test_its_rows_are_no_more_certain_than_those_of_a_motor(prediction):
+def test_rows_of_a_passive_joint_draw_no_fit(prediction):
     motor, passive = prediction.weighting.variance
     assert passive >= motor
     share = prediction.weighting.independent
     smaller = prediction.errors * [1.0, 1e-6]
     gain = prediction.log_probability(smaller, share) - prediction.log_probability(prediction.errors, share)
     assert np.abs(gain[:, 1].sum()) < 1.0
-
-
-def test_its_link_keeps_its_inertia(prediction):
     values = dict(zip(prediction.rows.names, prediction.values, strict=True))
     true, given = (dict(zip(m.names, m.nominal_values, strict=True)) for m in (arm(), arm((1.7, 0.6))))
     assert given["MX2"] + values["MX2"] == pytest.approx(true["MX2"], rel=0.1)
-
-
-def test_a_motor_scatters_as_before(prediction):
     every = replace(prediction.rows, passive=())
     np.testing.assert_array_equal(every.row_variance(np.array([4.0, 1.0])), [4.0, 1.0])
     np.testing.assert_array_equal(prediction.rows.row_variance(np.array([4.0, 1.0])), [4.0, 4.0])

@@ -69,7 +69,7 @@ def errors(prediction, more=None, held=None):
     return found, text
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_every_block_is_predicted_as_a_fit_without_it_does(seed):
     given, pieces, _ = system(seed)
     prediction = predicted(given, pieces)
@@ -98,9 +98,8 @@ def question(case, given, random, **more):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("seed", range(3))
-def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(seed, case):
-    given, pieces, random = system(seed)
+def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case):
+    given, pieces, random = system(0)
     given, pair = question(case, given, random)
     prediction = predicted(given, pieces)
     [answer] = ask(prediction, [pair])

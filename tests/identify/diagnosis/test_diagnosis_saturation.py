@@ -6,12 +6,12 @@ import pytest
 from exidyn.identification.diagnosis.candidates.drives import saturations
 
 from ...parts.small.small_diagnosis import nominal_model
-from ...parts.small.small_search import problem, record
+from ...parts.small.small_search import sound_problem
 
 
 @pytest.fixture(scope="module")
 def run():
-    return problem(record(roles=("identify",))).runs[0]
+    return sound_problem().runs[0]
 
 
 def candidate(name):

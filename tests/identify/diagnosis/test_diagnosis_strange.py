@@ -11,7 +11,7 @@ from exidyn.identification.diagnosis.questions.shape import reshaped
 from exidyn.identification.diagnosis.search import ranking
 from exidyn.identification.diagnosis.search.ranking import ranked
 
-from ...parts.small.small_search import problem, record
+from ...parts.small.small_search import sound_problem
 
 TRIED = 3.0
 """Resonance on the grid [Hz]."""
@@ -19,7 +19,7 @@ TRIED = 3.0
 
 @pytest.fixture(scope="module")
 def clean():
-    return problem(record(roles=("identify", "identify")))
+    return sound_problem(2)
 
 
 def with_gear(clean, resonance, share=1.0):

@@ -47,24 +47,18 @@ def test_a_hose_takes_the_power_that_its_stretching_does():
     np.testing.assert_allclose(given[2:-2], power[2:-2], atol=2e-3 * np.max(np.abs(power)))
 
 
-def test_a_supply_gives_way_to_power_that_is_drawn_and_not_to_braking():
+def test_columns_of_supply_crosstalk_and_a_neighbours_friction():
     run = driven()
     column = one("supply_sag").columns(run)[:, :, 0]
     drawn = np.maximum(run.torque * run.motion.velocity, 0.0).sum(axis=1)
     assert np.any(drawn == 0.0)
     np.testing.assert_allclose(column, run.torque * drawn[:, None])
-
-
-def test_another_joint_is_read_on_one_joint_only():
     run = driven()
     leak = one("current_crosstalk", other_joint=1.0)
     assert leak.joints == (1,)
     column = leak.columns(run)[:, :, 0]
     np.testing.assert_array_equal(column[:, 1], run.torque[:, 0])
     assert not np.any(column[:, 0])
-
-
-def test_friction_by_another_joints_place_turns_with_its_own_speed():
     run = driven()
     with_friction = one("neighbour_friction", other_joint=2.0)
     assert with_friction.joints == (0,)

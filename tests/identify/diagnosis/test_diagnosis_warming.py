@@ -9,7 +9,7 @@ from exidyn.identification.diagnosis.words.sentences import sentence
 
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
-from ...parts.small.small_search import problem, record
+from ...parts.small.small_search import record, sound_problem
 
 FALL, TIME = 12.0, 4.0
 """Viscous friction that is gone once the joint is warm [N m s/rad], and its time constant [s]."""
@@ -23,7 +23,7 @@ def cold(role, motion, current):
 
 
 def test_columns_are_friction_that_falls():
-    at = problem(record(roles=("identify",)))
+    at = sound_problem()
     run = at.runs[0]
     [viscous, *_] = [candidate for candidate in warming(at.model) if candidate.joints == (1,)]
     columns = viscous.reshaped({"time": TIME}).columns(run)[:, :, 0]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.diagnose import diagnosed
+from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.results.evidence import deviations, places_of
 from exidyn.identification.diagnosis.results.motor_torque import with_all_torque
 from exidyn.identification.diagnosis.search.problem import Problem
@@ -55,6 +55,7 @@ def test_without_known_masses_the_tolerance_of_the_gain_is_in_the_interval():
     assert abs(value - STIFFNESS) <= NORMAL_95 * std
 
 
+@pytest.mark.long
 def test_inertias_that_were_identified_with_the_gains_move_with_them():
     """All gains together change nothing then but the torque that the model does not have: friction's here."""
 
@@ -69,6 +70,7 @@ def test_inertias_that_were_identified_with_the_gains_move_with_them():
     assert np.all(usual(True) < 0.4 * usual(False))
 
 
+@pytest.mark.long
 def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_identified_with():
     tolerance = replace(NOMINAL, robot=replace(NOMINAL.robot, drive_gain_tolerance=np.full(2, 0.1)))
     known = identified(identify([run("a"), run("b", 1, 2)], model=tolerance, as_recorded=True))
@@ -78,7 +80,7 @@ def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_i
         replace(run(f"with {seed}", seed, seed, KnownPayload("L")), payload=None) for seed in (3, 4, 5)
     ]
     runs = list(zip(("identify", "identify", "validate"), carrying, strict=True))
-    found = diagnosed(known, runs, as_recorded=True).diagnosis
+    found = diagnose(known, runs, as_recorded=True)
     [mass] = [one.parameters["M"] for one in found.findings if one.effect == "payload"]
     assert mass.value / 3.0 == pytest.approx(WRONG, abs=0.04)
     assert abs(mass.value - 3.0) <= NORMAL_95 * mass.std

@@ -138,24 +138,21 @@ def test_a_share_of_an_unknown_torque_is_no_part_of_the_model(effect):
     assert as_found(evidence(), [found(candidate)]).left_out == (0,)
 
 
-def test_more_of_an_effect_that_the_model_has_adds_to_it():
+def test_more_of_what_a_model_has_adds_to_it():
     candidate = [*hypotheses("coulomb_friction", nominal_model())][1]
     arm = as_found(evidence(), [found(candidate, 0.5), found(candidate, 0.25)])
     assert arm.model.names == nominal_model().names
     assert arm.by_name["Fc2"] == pytest.approx(as_nominal(evidence()).by_name["Fc2"] + 0.75)
-
-
-def test_a_balancer_beside_another_is_left_out():
-    [first, *_, last] = hypotheses("spring_balancer", nominal_model())
-    assert as_found(evidence(), [found(first), found(last)]).left_out == (1,)
-
-
-def test_an_unknown_body_is_carried_beside_a_known_one():
     model = nominal_model() + Payload("L", (("M", 2.0),))
     known = replace(evidence(), model=model, before=model.nominal_values, after=model.nominal_values)
     [candidate] = hypotheses("payload", model)
     arm = as_found(known, [found(candidate)])
     assert arm.by_name["M2"] == pytest.approx(as_nominal(known).by_name["M2"] + SMALL)
+    [candidate, *_] = hypotheses("drive_gain", nominal_model())
+    one = replace(diagnosis(), findings=(found(candidate, 0.1),))
+    np.testing.assert_allclose(
+        model_to_fit(one).robot.drive_gain / nominal_model().robot.drive_gain, [1.1, 1.0]
+    )
 
 
 def test_simulation_comes_nearer_to_the_recording():
@@ -193,14 +190,6 @@ def test_a_fit_takes_late_currents_back():
 def rolled(signal: Signal) -> Signal:
     """A sample, 4 ms, later."""
     return Signal(signal.time, np.roll(signal.values, 1, axis=0))
-
-
-def test_gains_that_were_found_are_those_of_the_model():
-    [candidate, *_] = hypotheses("drive_gain", nominal_model())
-    one = replace(diagnosis(), findings=(found(candidate, 0.1),))
-    np.testing.assert_allclose(
-        model_to_fit(one).robot.drive_gain / nominal_model().robot.drive_gain, [1.1, 1.0]
-    )
 
 
 def test_models_of_what_was_found_and_of_what_it_might_be_are_files():

@@ -46,7 +46,13 @@ def recording(measurement: Measurement, role: str, seed: int) -> Recording:
     return replace(made, settings={**made.settings, "role": role})
 
 
-@pytest.mark.parametrize("effect", CASES)
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "time_delay",
+        *(pytest.param(name, marks=pytest.mark.long) for name in [*CASES][1:]),
+    ],
+)
 def test_what_is_named_is_held_and_not_named_again(effect):
     runs = [(role, recording(CASES[effect], role, seed)) for seed, role in enumerate(ROLES)]
     first = diagnose(nominal_model(), runs, "first", as_recorded=True)

@@ -98,12 +98,3 @@ def test_momentum_agrees_with_mass_and_coriolis_matrices(tree):
         np.testing.assert_allclose(momentum, mass @ dq, rtol=1e-11, atol=1e-11)
         coriolis = pin.computeCoriolisMatrix(model, data, q, dq)
         np.testing.assert_allclose(change, coriolis.T @ dq, rtol=1e-10, atol=1e-10)
-
-
-def test_parameters_of_no_possible_body_are_allowed():
-    robot = six_axis()
-    links = np.random.default_rng(5).normal(size=(robot.dof, 10))
-    motion = random_motion(robot)
-    torque = Dynamics(robot, links, ()).torque(state_of(motion))
-    expected = RigidBody().regressor(robot, motion) @ links.ravel()
-    np.testing.assert_allclose(stacked(torque, len(motion)), expected, rtol=1e-11, atol=1e-9)

@@ -16,7 +16,6 @@ from exidyn.identification.effects import (
     EFFECTS,
     Effect,
     JointEffect,
-    NonlinearViscousFriction,
     Parameter,
     load_installed,
     shape,
@@ -27,7 +26,7 @@ from exidyn.identification.robot_files.effect_rows import read_effects
 from ...parts.installed_package import lay_out
 from ...parts.small import two_joints
 from ...parts.small.small_diagnosis import nominal_model
-from ...parts.small.small_search import names, record, searched
+from ...parts.small.small_search import record
 
 pytestmark = pytest.mark.slow
 
@@ -84,13 +83,6 @@ def test_an_effect_in_the_table_is_named_and_not_another_with_a_shape_of_the_sam
     assert abs(number.value - 1.5) < 3 * number.std < 0.3
     assert number.unit == "N m s^2/rad^2"
     assert TOY in found.tried
-
-
-def test_where_the_shape_is_another_the_effect_with_a_shape_is_named(monkeypatch):
-    monkeypatch.setitem(EFFECTS, TOY, QuadraticViscousFriction)
-    found = searched(record([NonlinearViscousFriction(("elbow",), 1.7)], {"Fn2": 1.5}))
-    assert names(found) == [("nonlinear_viscous_friction", (1,))]
-    assert found.selected[0].answer.candidate.shape["exponent"] == pytest.approx(1.7, abs=0.05)
 
 
 def test_nothing_but_candidates_and_words_knows_an_effect_by_its_name():

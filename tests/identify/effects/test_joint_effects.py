@@ -93,13 +93,6 @@ def test_asymmetric_friction_differs_between_directions():
     np.testing.assert_allclose(model.torque(backward, np.array([10.0, 3.0]))[:, 1], -7.0)
 
 
-def test_nonlinear_friction_is_the_viscous_one_at_exponent_one():
-    robot = six_axis()
-    motion = random_motion(robot)
-    linear = NonlinearViscousFriction(exponent=1.0).regressor(robot, motion)
-    np.testing.assert_allclose(linear, ViscousFriction().regressor(robot, motion), rtol=1e-14)
-
-
 def test_harmonics_live_side_by_side():
     robot = six_axis()
     several = [

@@ -92,23 +92,10 @@ def test_load_is_what_the_gears_transmit_with_the_nominal_values(robot):
     assert np.abs(model.torque(motion, model.nominal_values) - expected).max() > 1.0
 
 
-def test_load_is_left_alone_where_no_effect_asks(robot):
-    motion = random_motion(robot)
-    assert Model(robot, (RigidBody(), ViscousFriction())).loaded(motion) is motion
-
-
 def test_friction_alone_loads_no_gear(robot):
     motion = random_motion(robot)
     model = Model(robot, (ViscousFriction(), LoadDependentFriction()), {"Fv1": Prior(5.0)})
     np.testing.assert_array_equal(model.loaded(motion).load, np.zeros_like(motion.position))
-
-
-def test_a_model_without_effects_has_no_torque(robot):
-    motion = random_motion(robot)
-    assert Model(robot, ()).regressor(motion).shape == (*motion.position.shape, 0)
-    np.testing.assert_array_equal(
-        Model(robot, ()).torque(motion, np.empty(0)), np.zeros_like(motion.position)
-    )
 
 
 def test_a_description_of_geometry_alone_states_no_inertia():

@@ -56,15 +56,6 @@ def test_runs_without_it_feel_nothing(robot, carried):
     assert not payload.known_torque(robot, motion).any()
 
 
-def test_a_weighed_body_knows_its_mass():
-    assert known_parameters(175.0) == (("M", 175.0),)
-
-
-def test_a_balanced_body_knows_its_first_moments():
-    known = dict(known_parameters(2.0, com=(0.1, 0.2, -0.3)))
-    assert known == pytest.approx({"MX": 0.2, "MY": 0.4, "MZ": -0.6, "M": 2.0})
-
-
 def test_a_balanced_body_is_simulated_as_a_point(robot):
     """Without inertia about the flange it is no body: its inertia about its center is negative."""
     center = np.array([0.1, 0.2, -0.3])

@@ -49,10 +49,6 @@ def test_force_is_worked_by_the_change_of_length():
     np.testing.assert_allclose(columns(position)[:, 0], -stretch * BALANCER.length(position), atol=1e-9)
 
 
-def test_length_runs_between_difference_and_sum_of_the_arms():
-    np.testing.assert_allclose(BALANCER.length(np.array([-PHI, np.pi - PHI])), [D21 + D22, D21 - D22])
-
-
 def test_values_of_table_iii_help_to_hold_the_arm_up():
     forward = np.array([0.0])
     gravity = -3.44e2 * 9.81  # MX2R, with x2 forward and z2 such that the arm falls toward positive q2

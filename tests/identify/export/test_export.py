@@ -23,10 +23,9 @@ from exidyn.identification.effects import (
 )
 from exidyn.identification.errors import FitError, RobotError
 from exidyn.identification.export import FORMATS, Portable
-from exidyn.identification.export.left_out import left_out
 from exidyn.identification.export.portable import possible
 from exidyn.identification.fit.agreement import agreement
-from exidyn.identification.fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
+from exidyn.identification.fit.estimators.consistent import pseudo_inertia
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import parse_model
@@ -103,18 +102,13 @@ def robot(request):
     return request.param()
 
 
-def test_mujoco_needs_the_torque_of_the_model(robot):
-    model = full(robot)
+@pytest.mark.parametrize("more", [(), (JointSpring(("joint2", "joint5")),)], ids=["usual", "springs"])
+def test_mujoco_needs_the_torque_of_the_model(robot, more):
+    model = full(robot, *more)
     motion = sliding_motion(robot)
     portable = Portable.of(model)
     close(in_mujoco(FORMATS["mjcf"].text(portable), motion), torque_of(model, motion))
     assert not [s for s in FORMATS["mjcf"].leaves_out(portable) if "friction" in s or "spring" in s]
-
-
-def test_springs_at_joints_take_the_constant_torque_with_them(robot):
-    model = full(robot, JointSpring(("joint2", "joint5")))
-    motion = sliding_motion(robot)
-    close(in_mujoco(FORMATS["mjcf"].text(Portable.of(model)), motion), torque_of(model, motion))
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 300.0])
@@ -173,13 +167,6 @@ def test_what_mujoco_does_not_reproduce_is_reported(key):
     assert all("up to" in sentence for sentence in reported)
 
 
-def test_a_spring_that_stiffens_is_left_out_and_reported():
-    model = full(six_axis(), JointSpring(("joint2",), stiffening=True))
-    portable = Portable.of(model)
-    assert not np.any(portable.joints.stiffness)
-    assert any(line.startswith("joint_spring: up to") for line in left_out(portable, ()))
-
-
 def test_urdf_reports_what_it_lacks():
     missing = "\n".join(FORMATS["urdf"].leaves_out(Portable.of(full(six_axis(), StribeckFriction()))))
     for words in (
@@ -192,13 +179,20 @@ def test_urdf_reports_what_it_lacks():
     assert "viscous" not in missing
 
 
-def test_a_robot_file_is_the_whole_model(robot):
+def test_a_robot_file_or_json_is_the_whole_model(robot):
     model = full(robot, StribeckFriction())
     motion = random_motion(robot)
     portable = Portable.of(model)
     back = parse_model(FORMATS["toml"].text(portable))
     np.testing.assert_allclose(torque_of(back, motion), torque_of(model, motion), rtol=1e-9, atol=1e-9)
     assert FORMATS["toml"].leaves_out(portable) == FORMATS["json"].leaves_out(portable) == []
+    model = full(robot, StribeckFriction(joints=None))
+    motion = random_motion(robot)
+    table = json.loads(FORMATS["json"].text(Portable.of(model)))
+    np.testing.assert_allclose(
+        torque_of(rebuilt(table), motion), torque_of(model, motion), rtol=1e-9, atol=1e-9
+    )
+    assert table["joints"][0]["limits"]["torque"] is None
 
 
 def rebuilt(table):
@@ -222,16 +216,6 @@ def rebuilt(table):
     return known(
         model, np.array([values.get(n, v) for n, v in zip(model.names, model.nominal_values, strict=True)])
     )
-
-
-def test_json_is_enough_to_build_the_model_from(robot):
-    model = full(robot, StribeckFriction(joints=None))
-    motion = random_motion(robot)
-    table = json.loads(FORMATS["json"].text(Portable.of(model)))
-    np.testing.assert_allclose(
-        torque_of(rebuilt(table), motion), torque_of(model, motion), rtol=1e-9, atol=1e-9
-    )
-    assert table["joints"][0]["limits"]["torque"] is None
 
 
 @pytest.mark.parametrize("form", ["mjcf", "urdf"])
@@ -262,17 +246,11 @@ def test_bodies_that_cannot_be_are_moved_and_reported():
     )
 
 
-def test_possible_bodies_are_left_alone():
-    values = values_of(Model(six_axis(), (RigidBody(),)))[:10]
-    assert possible(values, 10.0) is values
-    np.testing.assert_allclose(of_pseudo_inertia(pseudo_inertia(values)), values)
-    moved = possible(values - np.array([5.0, 0, 0, 5.0, 0, 5.0, 0, 0, 0, 0]), 10.0)
-    assert np.linalg.eigvalsh(pseudo_inertia(moved))[0] > 0
-
-
 @pytest.mark.parametrize("ulps", [-8, -1, 1, 8])
 def test_a_body_that_was_moved_is_possible_to_the_last_bit(ulps):
     """As another processor rounds: the largest parameter and the body itself, a little more or less."""
+    alone = values_of(Model(six_axis(), (RigidBody(),)))[:10]
+    assert possible(alone, 10.0) is alone
     random = np.random.default_rng(3)
     for impossible in (np.zeros(10), -np.ones(10), *random.normal(size=(50, 10))):
         moved = possible(impossible, 10.0)

@@ -70,12 +70,9 @@ def test_xml_holds_the_names(arm, name):
     assert len(list(root.iter("dynamics"))) == (0 if name == "mjcf" else 2)
 
 
-def test_mujoco_reads_the_mjcf(arm):
+def test_mjcf_and_json_hold_the_names(arm):
     compiled = mujoco.MjModel.from_xml_string(text_of("mjcf", arm))
     assert [compiled.joint(k).name for k in range(2)] == [one_line(joint) for joint in arm.robot.joints]
-
-
-def test_json_holds_the_names(arm):
     table = json.loads(text_of("json", arm))
     assert table["robot"] == arm.robot.name
     assert [joint["name"] for joint in table["joints"]] == list(arm.robot.joints)
@@ -86,8 +83,5 @@ def test_toml_holds_the_names(arm):
         table = tomllib.loads(text)
         assert table["name"] == arm.robot.name
         assert [link["joint"] for link in table["link"]] == list(arm.robot.joints)
-
-
-def test_a_robot_file_of_such_names_is_read_back():
     of = model(NAMES[3])
     assert parse_model(FORMATS["toml"].text(Portable.of(of))).robot.joints == of.robot.joints

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.commands.export_command import _changes
 from exidyn.identification.arm.robot import PositionServo
 from exidyn.identification.effects import Prior
 from exidyn.identification.effects.rigid_body import inertial_parameters, with_bodies
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
-from exidyn.identification.export.mjcf_changes import Change
 from exidyn.identification.export.mjcf_patch import patch
 from exidyn.identification.export.spread import Spread
 from exidyn.identification.fit.fit_file import write_fit
@@ -258,18 +256,3 @@ def test_stiffness_of_servos_is_written_where_a_log_has_no_current(tmp_path):
     assert told["actuator 'actuator1'", "kp"].half == pytest.approx(1.96 * 0.25, rel=1e-3)
     assert not patched(replace(nominal, robot=robot), made.text, tmp_path).changes
     assert told["actuator 'b'", "kv"].reason == "now in damping"
-
-
-@pytest.mark.parametrize(
-    ("half", "reason", "note"),
-    [
-        (0.1, "", ""),
-        (1.5, "", "or unchanged"),
-        (np.inf, "", ""),
-        (np.inf, "now in damping", "now in damping"),
-    ],
-)
-def test_the_table_of_changes_notes_what_the_interval_does_not_say(half, reason, note):
-    lines = _changes([Change("actuator 'b'", "kv", "N m s/rad", 1.0, 0.0, half, reason)])
-    assert lines[1] == "actuator 'b'"
-    assert re.split(r"  +", lines[2])[5:] == ([note] if note else [])

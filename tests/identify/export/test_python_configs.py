@@ -73,13 +73,6 @@ def test_isaac_lab_gets_limits_armature_friction_and_servos(monkeypatch):
     assert not any("servos" in line or line.startswith("stribeck_friction") for line in left)
 
 
-def test_isaac_lab_of_an_arm_without_servos_or_limits_leaves_both_open(monkeypatch):
-    arm = portable(six_axis(), limited=False)
-    actuator = run(FORMATS["isaaclab"].text(arm), monkeypatch)["ACTUATORS"]["arm"]
-    assert actuator.stiffness == 0.0
-    assert actuator.joint_effort_limit is None
-
-
 def test_isaac_lab_delays_the_joints_whose_servos_are_delayed(monkeypatch):
     arm = replace(portable(six_axis()), servos=LAW)
     names = run(FORMATS["isaaclab"].text(arm), monkeypatch)

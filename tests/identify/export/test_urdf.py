@@ -53,16 +53,13 @@ def test_pybullet_has_the_gravity_torque_of_pinocchio(robot, tmp_path):
     np.testing.assert_allclose(torque, expected, atol=1e-6 * np.abs(expected).max())
 
 
-def test_every_link_but_the_world_states_its_mass():
+def test_links_state_their_mass_and_the_base_stays(tmp_path):
     root = ElementTree.fromstring(FORMATS["urdf"].text(portable(six_axis())))
     mass = {link.get("name"): link.find("inertial/mass") for link in root.findall("link")}
     assert mass.pop("world") is None
     assert float(mass["flange"].get("value")) == 0.0
     assert float(mass["base"].get("value")) > 0.0
     assert all(float(value.get("value")) > 0.0 for name, value in mass.items() if name.startswith("link"))
-
-
-def test_an_arm_that_stands_on_the_world_keeps_its_base(tmp_path):
     (tmp_path / "arm.urdf").write_text(WITH_WORLD)
     arm = portable(read_model(tmp_path / "arm.urdf").robot, limited=False)
     root = ElementTree.fromstring(FORMATS["urdf"].text(arm))

@@ -7,14 +7,16 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.api import save_feedforward
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.dynamics.dynamics import Dynamics
 from exidyn.identification.dynamics.traced import writable
 from exidyn.identification.effects import EFFECTS, RigidBody
 from exidyn.identification.errors import FitError, WrongShape
-from exidyn.identification.feedforward.feedforward import Feedforward
-from exidyn.identification.feedforward.remarks import remarks
+from exidyn.identification.feedforward.cpp_file import cpp_file
+from exidyn.identification.feedforward.feedforward import Feedforward, make_feedforward, remarks
+from exidyn.identification.feedforward.python_file import python_file
 from exidyn.identification.model import Model
 
 from ...parts.runs.robots import kinematics, random_motion, six_axis
@@ -74,8 +76,8 @@ def test_python_computes_the_torque_of_the_fit():
     fit = small_fit.fit()
     q, dq, ddq = np.random.default_rng(0).normal(size=(3, 20, 2))
     for payload in ("", "L"):
-        feedforward = fit.feedforward(payload)
-        written = module(feedforward.python())
+        feedforward = make_feedforward(fit, payload)
+        written = module(python_file(feedforward))
         expected = fit.torque(q, dq, ddq, payload)
         torque = [written["inverse_dynamics"](*row) for row in zip(q, dq, ddq, strict=True)]
         np.testing.assert_allclose(torque, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
@@ -93,7 +95,7 @@ def test_python_has_every_effect():
     feedforward, arm, given = everything(SERVO)
     motion = random_motion(arm.robot, payload="L")
     expected = arm.torque(arm.loaded(motion), given)
-    written = module(feedforward.python())
+    written = module(python_file(feedforward))
     rows = zip(motion.position, motion.velocity, motion.acceleration, motion.temperature, strict=True)
     torque = np.array([written["inverse_dynamics"](*row) for row in rows])
     np.testing.assert_allclose(torque, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
@@ -125,7 +127,7 @@ int main() {{
   }}
 }}
 """
-    output = compiled(feedforward.cpp(), main, tmp_path)
+    output = compiled(cpp_file(feedforward), main, tmp_path)
     rows = np.array([[float(word) for word in line.split()] for line in output.splitlines()])
     expected = arm.torque(arm.loaded(motion), given)
     results = (
@@ -150,7 +152,7 @@ def test_both_files_compute_rnea_plus_friction(tmp_path):
     links = np.array([pin.rnea(robot.kinematics, data, *row) for row in zip(q, dq, ddq, strict=True)])
     expected = links + viscous * dq + dry * np.tanh(dq / reversal)
 
-    written = module(feedforward.python())
+    written = module(python_file(feedforward))
     torque = [written["inverse_dynamics"](*row) for row in zip(q, dq, ddq, strict=True)]
     np.testing.assert_allclose(torque, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
     main = f"""
@@ -160,7 +162,7 @@ int main() {{
     for (double value : exidyn_serial::inverse_dynamics(q[k], dq[k], ddq[k])) std::printf("%.17g ", value);
 }}
 """
-    output = np.array(compiled(feedforward.cpp(), main, tmp_path).split(), float).reshape(q.shape)
+    output = np.array(compiled(cpp_file(feedforward), main, tmp_path).split(), float).reshape(q.shape)
     np.testing.assert_allclose(output, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
 
 
@@ -172,8 +174,8 @@ def test_an_effect_without_a_form_is_named_in_the_files():
     assert [effect for effect, _ in dynamics.left_out] == [hysteresis]
     [sentence, *_] = remarks(replace(fit, model=arm), dynamics)
     assert sentence.startswith("not included: hysteresis: up to 1 N m")
-    text = replace(fit.feedforward(), remarks=(sentence,))
-    for written in (text.python(), text.cpp()):
+    feedforward = replace(make_feedforward(fit), remarks=(sentence,))
+    for written in (python_file(feedforward), cpp_file(feedforward)):
         assert "hysteresis: up to" in written
 
 
@@ -194,9 +196,9 @@ def test_an_effect_whose_formula_compares_is_left_out():
 def test_names_are_data_in_python(name):
     arm = model(name)
     feedforward = replace(
-        small_fit.fit().feedforward(), dynamics=Dynamics.of(arm, values(arm)), remarks=(name,)
+        make_feedforward(small_fit.fit()), dynamics=Dynamics.of(arm, values(arm)), remarks=(name,)
     )
-    written = module(feedforward.python())
+    written = module(python_file(feedforward))
     assert (written["ROBOT"], written["JOINTS"]) == (arm.robot.name, arm.robot.joints)
     assert np.all(np.isfinite(written["gravity"](np.ones(2))))
 
@@ -206,12 +208,12 @@ def test_names_are_data_in_cpp(tmp_path):
     for place, name in enumerate(NAMES):
         arm = model(name)
         feedforward = replace(
-            small_fit.fit().feedforward(),
+            make_feedforward(small_fit.fit()),
             dynamics=Dynamics.of(arm, values(arm)),
             remarks=(name,),
             source=(name,),
         )
-        header = feedforward.cpp()
+        header = cpp_file(feedforward)
         start = header.index("namespace ")
         space = header[start:].split()[1]
         assert space.startswith("exidyn")
@@ -227,22 +229,22 @@ def test_names_are_data_in_cpp(tmp_path):
 
 
 def test_files_are_saved_by_their_ending(tmp_path):
-    feedforward = small_fit.fit().feedforward()
-    assert feedforward.save(tmp_path / "arm.py").read_text() == feedforward.python()
-    assert feedforward.save(tmp_path / "arm.hpp").read_text() == feedforward.cpp()
+    feedforward = make_feedforward(small_fit.fit())
+    assert save_feedforward(feedforward, tmp_path / "arm.py").read_text() == python_file(feedforward)
+    assert save_feedforward(feedforward, tmp_path / "arm.hpp").read_text() == cpp_file(feedforward)
     with pytest.raises(FitError, match=r"arm\.m: the name must end in \.py, \.hpp, \.h"):
-        feedforward.save(tmp_path / "arm.m")
+        save_feedforward(feedforward, tmp_path / "arm.m")
 
 
 def test_bad_values_are_refused():
     fit = small_fit.fit()
     with pytest.raises(FitError, match="no payload 'X'. Payloads of the fit: L"):
-        fit.feedforward("X")
+        make_feedforward(fit, "X")
     with pytest.raises(FitError, match="share of friction is 100 %; it must be at least 0 and below 100 %"):
-        fit.feedforward(share=1.0)
+        make_feedforward(fit, share=1.0)
     with pytest.raises(FitError, match="band of velocity is 0 rad/s; it must be above 0"):
-        fit.feedforward(band=0.0)
+        make_feedforward(fit, band=0.0)
     with pytest.raises(WrongShape, match="expected 2 joints"):
-        fit.feedforward().gravity(np.zeros(3))
+        make_feedforward(fit).gravity(np.zeros(3))
     with pytest.raises(FitError, match="stiffness of its position servos is not known"):
-        fit.feedforward().position_offset(np.zeros(2))
+        make_feedforward(fit).position_offset(np.zeros(2))

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identification.feedforward.feedforward import make_feedforward
+
 from ...parts.small import small_fit
 
 TICK, SECONDS = 0.002, 6.0
@@ -43,7 +45,7 @@ def held(feedforward, push=0.0, band=None):
 
 @pytest.fixture(scope="module")
 def feedforward():
-    return small_fit.fit().feedforward()
+    return make_feedforward(small_fit.fit())
 
 
 def test_noise_at_rest_makes_no_torque(feedforward):
@@ -85,4 +87,4 @@ def test_the_band_is_what_stood_still_in_the_runs(feedforward):
     fit = small_fit.fit()
     np.testing.assert_array_equal(feedforward.band, fit.standstill)
     assert np.all((fit.standstill > 1e-3) & (fit.standstill < 0.1))
-    assert np.all(fit.feedforward(band=0.5).band == 0.5)
+    assert np.all(make_feedforward(fit, band=0.5).band == 0.5)

@@ -1,4 +1,4 @@
-"""Do intervals hold the truth as often as stated? Two hundred draws of coloured noise, same motion."""
+"""Do intervals hold the truth as often as stated? A hundred draws of coloured noise, same motion."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from ...parts.small.two_joints import GAIN, coloured, equations
 
 pytestmark = pytest.mark.slow
 
-DRAWS = 200
+DRAWS = 100
 WIDE = 1.96
 """Deviations either side that hold 95 % of a normal distribution."""
 
@@ -37,10 +37,7 @@ def held(errors, deviations):
 
 
 def tolerance(parameters):
-    """Three deviations of the share of 200 draws.
-
-    Parameters of a draw are correlated: half of them count as independent.
-    """
+    """Three deviations of the share; parameters of a draw are correlated, and half of them count."""
     return 3 * np.sqrt(0.95 * 0.05 / (DRAWS * parameters / 2))
 
 
@@ -52,7 +49,7 @@ def white_deviation(system, estimate):
 
 @pytest.mark.parametrize("estimator", [ordinary, weighted])
 def test_intervals_hold_the_truth(estimator):
-    exact, truth = equations(rows=1200)
+    exact, truth = equations(rows=800)
     exact = replace(exact, weight=np.where(np.abs(exact.regressor[:, :, 6:8].sum(axis=2)) > 0.1, 1.0, 0.0))
     assert 0.01 < np.mean(exact.weight == 0) < 0.2  # some rows stick
     errors, deviations, naive = [], [], []
@@ -64,7 +61,7 @@ def test_intervals_hold_the_truth(estimator):
     share = held(np.array(errors), np.array(deviations))
     assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share  # half a per cent: the noise is estimated
     assert held(np.array(errors), np.array(naive)) < 0.85
-    # the deviations are those of the scatter, one parameter at a time: 200 draws give it to 5 %
+    # the deviations are those of the scatter, one parameter at a time: 100 draws give it to 7 %
     np.testing.assert_allclose(np.mean(deviations, axis=0), np.std(errors, axis=0), rtol=0.2)
 
 
@@ -85,7 +82,7 @@ def test_collisions_widen_robust_intervals_little():
 
 
 def test_gains_and_values_together():
-    exact, truth = equations(rows=1200, payload=True)
+    exact, truth = equations(rows=800, payload=True)
     errors, deviations = [], []
     for system in draws(exact):
         estimate = maximum_likelihood(replace(system, gain=0.9 * GAIN))
@@ -114,10 +111,10 @@ def test_priors_and_data_together():
     assert abs(share - 0.95) < tolerance(len(truth)) + 0.005, share
 
 
-@pytest.mark.parametrize("estimator", [ordinary, weighted, reweighted, consistent])
+@pytest.mark.parametrize("estimator", [weighted, consistent])
 def test_nominal_gains_are_as_wrong_as_stated(estimator):
     """True gains are drawn and nominal ones fitted, whose tolerance is in the intervals."""
-    exact, truth = equations(rows=1200, gain_tolerance=0.1)
+    exact, truth = equations(rows=600, gain_tolerance=0.1)
     random = np.random.default_rng(3)
     errors, deviations, given = [], [], []
     for _ in range(DRAWS):
@@ -135,7 +132,7 @@ def test_nominal_gains_are_as_wrong_as_stated(estimator):
 
 def test_what_the_model_lacks_is_in_the_intervals():
     """Noise that grows with speed is not alike throughout; viscous friction is known half as well for it."""
-    exact, truth = equations(rows=2400)
+    exact, truth = equations(rows=1200)
     place = exact.names.index("Fv1")
     speed = np.abs(exact.regressor[:, 0, place])
     level = np.stack([np.minimum((speed / np.std(speed)) ** 2, 20.0), np.ones(len(speed))], axis=1)

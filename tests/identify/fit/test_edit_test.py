@@ -61,13 +61,10 @@ def test_a_payload_that_is_taken_off_is_reported_too():
     assert "on the runs used" in first
 
 
-def test_what_the_runs_do_not_determine_is_named():
+def test_what_runs_do_not_determine_is_named_and_no_other_body_is_no_test():
     *_, last = edit_sentences(put_on())
     assert last.startswith("The runs used do not determine: ")
     assert "since drive gains are nominal" in last
-
-
-def test_without_another_body_there_is_no_edit_test():
     fit = identify([run("empty")], [run("other", 2, 3)], as_recorded=True)
     assert not edit_tests(fit)
     assert not edit_sentences(fit)

@@ -27,17 +27,8 @@ EXACT = Sensors(current_noise=0.0, encoder_noise=0.0, encoder_step=0.0)
 def record(payload=None, seed=0, duration=12.0, sensors=Sensors(), of=None):  # noqa: B008
     plant = of or (model(Payload("L", payload.known)) if payload else model())
     motion = trajectory(duration, seed).at(np.arange(0.0, duration, 0.002))
-    return simulate(
-        plant,
-        true_values(plant, 3.0),
-        GAIN,
-        motion,
-        model(),
-        sensors,
-        payload=payload,
-        name=f"run {seed}",
-        seed=seed,
-    )
+    values, name = true_values(plant, 3.0), f"run {seed}"
+    return simulate(plant, values, GAIN, motion, model(), sensors, payload=payload, name=name, seed=seed)
 
 
 @pytest.fixture(scope="module")
@@ -152,35 +143,7 @@ def test_weight_is_zero_exactly_around_standstill(run):
             np.testing.assert_array_equal(weight[row], near.all(axis=0))
 
 
-def test_weight_at_the_very_ends():
-    whole = prepare(record(), FILTERS)
-    moving = replace(whole, sliding=np.ones_like(whole.sliding))
-    assert moving.weight.all()
-    sticking = np.ones_like(whole.sliding)
-    sticking[0] = sticking[-1] = False  # farther from any centre than one row
-    assert replace(whole, sliding=sticking).weight.all()
-
-
-def test_without_leaves_the_rest_alone(run, base):
-    equations = assemble(model(), base, [run])
-    left = equations.without([1, 3])
-    keep = [k for k in range(len(base.kept)) if k not in (1, 3)]
-    assert left.names == [equations.names[k] for k in keep]
-    np.testing.assert_array_equal(left.regressor, equations.regressor[:, :, keep])
-    np.testing.assert_array_equal(left.base.regrouping, base.regrouping[keep])
-    np.testing.assert_array_equal(left.commanded(), equations.commanded()[:, :, keep])
-    np.testing.assert_array_equal(left.regressor_noise(), equations.regressor_noise()[:, [*keep, -1]])
-    np.testing.assert_array_equal(left.current, equations.current)
-    assert equations.without([]).names == equations.names
-
-
-def test_commanded_motion_makes_nearly_the_same_regressor(run, base):
-    equations = assemble(model(), base, [run])
-    wrong = equations.commanded() - equations.regressor
-    assert np.linalg.norm(wrong) < 0.05 * np.linalg.norm(equations.regressor)
-
-
-def test_commanded_motion_is_as_warm_and_as_loaded_as_the_measured_one():
+def test_commands_are_as_warm_and_loaded_as_the_motion_or_there_are_none(base):
     recording = record(KnownPayload("L", MASS))
     position = recording.signals["position"]
     warm = Signal(position.time, np.linspace(20.0, 40.0, len(position))[:, None] * [1.0, 1.1])
@@ -188,9 +151,6 @@ def test_commanded_motion_is_as_warm_and_as_loaded_as_the_measured_one():
     assert np.ptp(run.motion.temperature, axis=0).min() > 10.0
     np.testing.assert_array_equal(run.commanded.temperature, run.motion.temperature)
     assert run.commanded.payload == run.motion.payload == "L"
-
-
-def test_without_command_there_is_none(base):
     recording = record()
     signals = {k: v for k, v in recording.signals.items() if k != "command"}
     runs = [prepare(record(seed=1), FILTERS), prepare(replace(recording, signals=signals), FILTERS)]

@@ -80,24 +80,12 @@ def test_a_damaged_estimate_from_before_parameters_were_dropped_is_refused(path)
             read_fit(path)
 
 
-def test_older_names_of_prior_and_warnings_are_read(path):
-    text = path.read_text()
-    path.write_text(text.replace('"prior":', '"believed":').replace('"warnings":', '"doubts":'))
-    after = read_fit(path)
-    assert "believed" in path.read_text()
-    assert all(np.array_equal(a, b) for a, b in zip(after.prior, fit().prior, strict=True))
-    assert after.warnings == fit().warnings
-
-
-def test_a_fit_that_dropped_nothing_reads_back(tmp_path):
+def test_a_fit_that_dropped_nothing_and_standard_parameters_read_back(tmp_path):
     write_fit(plain_fit(), tmp_path / "fit.json")
     after = read_fit(tmp_path / "fit.json")
     assert after.structure is None
     assert after.dropped == {}
     assert np.array_equal(after.estimate.values, plain_fit().estimate.values)
-
-
-def test_standard_parameters_read_back(tmp_path):
     before = identify([run("empty")], estimator=consistent, drop=False)
     write_fit(before, tmp_path / "fit.json")
     assert before.estimate.standard is not None
@@ -110,18 +98,6 @@ def test_writing_what_was_read_changes_nothing_but_the_agreement(path):
     assert [entry["run"] for entry in before["validation"]] == ["other"]
     without = {"agreement": [], "validation": []}
     assert after == before | without
-
-
-def test_other_programs_can_read_it(path):
-    def refuse(constant):
-        raise AssertionError(f"{constant} is not JSON")
-
-    table = json.loads(path.read_text(), parse_constant=refuse)
-    first = table["base_parameters"][0]
-    assert first["value"] == fit().estimate.values[0]
-    assert first["unit"] == fit().base.units[0]
-    scores = table["validation"][0]["over_noise"]
-    assert scores == fit().validation[0].over_noise.tolist()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
@@ -139,10 +115,13 @@ def test_other_json_is_refused(path, text):
         read_fit(path)
 
 
-def test_a_later_format_is_refused(path):
+def test_a_later_format_and_half_a_character_are_refused(path):
     table = json.loads(path.read_text()) | {"exidyn_fit": FORMAT + 1}
     path.write_text(json.dumps(table))
     with pytest.raises(NotAFile, match=f"has format {FORMAT + 1}; this version reads {FORMAT}"):
+        read_fit(path)
+    changed(path, "warnings", value=["\ud800"])
+    with pytest.raises(NotAFile, match="is not JSON.*surrogates not allowed"):
         read_fit(path)
 
 
@@ -170,38 +149,26 @@ def changed(path, *places, value):
     ("places", "value", "told"),
     [
         (["rows"], None, "rows: expected int, got null; found None"),
-        (["rows"], 3.5, "rows: expected int, got float; found 3.5"),
         (["rows"], 10**400, "rows: expected int <= 9007199254740992; found a number of many digits"),
-        (["filtering", "rate"], "fast", "filtering.rate: expected float | null, got str; found 'fast'"),
         (["filtering", "rate"], -3.0, "filtering.rate: expected a number above zero; found -3.0"),
-        (["covariance"], ["a"], r"covariance[0]: expected array, got str; found 'a'"),
         (["covariance"], [[1.0]], "covariance: expected 17 values, the kept base "),
-        (["covariance", 3], [1.0], "covariance[3]: expected 17 values, the kept base "),
         (["covariance", 1, 1], -1.0, "covariance[1][1]: expected a variance of zero or above; found -1.0"),
         (["covariance", 1, 2], 1e9, "covariance[1][2]: expected "),
         (["covariance", 1, 2], float("nan"), "covariance[1][2]: expected float >= -1e+100; found nan"),
-        (["covariance", 1, 1], 1e300, "covariance[1][1]: expected float <= 1e+100; found 1e+300"),
-        (["base_parameters"], [1], "base_parameters[0]: expected object, got int; found 1"),
         (["base_parameters"], [], "base_parameters: expected at least one with kept = true; found 0"),
-        (["base_parameters", 3, "column"], 2.5, "[3].column: expected int, got float; found 2.5"),
         (["base_parameters", 3, "column"], 999, "[3].column: expected a parameter of the model, from 0 to "),
-        (["base_parameters", 3, "column"], -1, "base_parameters[3].column: expected int >= 0; found -1"),
         (["base_parameters", 3, "std"], -1.0, "base_parameters[3].std: expected float >= 0.0; found -1.0"),
         (["base_parameters", 3, "unit"], "furlong", "base_parameters[3].unit: expected '"),
         (["base_parameters", 3, "name"], "XX9", "base_parameters[3].name: expected 'YY2', by its column"),
         (["base_parameters", 0, "sum_of"], {"XX9": 1.0}, ".sum_of[0]: expected a parameter of the model"),
-        (["base_parameters", 0, "sum_of"], {}, "base_parameters[0]: sum_of: expected standard parameters"),
         (["base_parameters", 0, "prior"], [0.0, -1.0], "[0].prior[1]: expected float >= 0.0; found -1.0"),
-        (["base_parameters", 0, "prior"], None, "base_parameters[0]: prior: expected nominal value and"),
         (["drive_gain"], [1.0], "joints: expected 1 values, one per joint, as drive_gain has; found 2"),
         (["drive_gain", 1], 0.0, "drive_gain[1]: expected a number other than zero; found 0.0"),
-        (["agreement", 0, "relative"], [0.1], "agreement[0].relative: expected 2 values, one per joint"),
         (["joints"], ["a", "b"], "joints: expected those of the model"),
         (["measures"], "volts", "measures: invalid enum value 'volts'; found 'volts'"),
         (["simulations"], ["nowhere"], "simulations[0]: expected one of runs; found 'nowhere'"),
         (["dropped"], [], "dropped: expected those with kept = false, ["),
         (["condition"], 0.0, "condition: expected a condition number, at least 1; found 0.0"),
-        (["model", 0], 3, "model[0]: expected str, got int; found 3"),
     ],
 )  # fmt: skip
 def test_a_wrong_field_is_named_with_its_value_and_what_is_expected(path, places, value, told):
@@ -212,17 +179,6 @@ def test_a_wrong_field_is_named_with_its_value_and_what_is_expected(path, places
     assert text.startswith(f"{path}: ")
     assert told in text
     assert "\n" not in text
-
-
-def test_half_of_a_character_is_refused(path):
-    changed(path, "warnings", value=["\ud800"])
-    with pytest.raises(NotAFile, match="is not JSON.*surrogates not allowed"):
-        read_fit(path)
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(NotAFile, match="none.json cannot be read"):
-        read_fit(tmp_path / "none.json")
 
 
 def test_shapes_and_joints_of_effects_read_back(tmp_path):

@@ -1,6 +1,5 @@
 """What a fit must not claim: unstated units, impossible values, runs that prove nothing."""
 
-import json
 from dataclasses import replace
 from functools import cache
 
@@ -16,7 +15,7 @@ from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import JointState, joint_verdicts, payload_centres, verdict
 from exidyn.identification.pages.fit_document import fit_document, report_html, summary
 from exidyn.identification.preparation.prepare import Filtering, choose
-from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
+from exidyn.identification.recordings.recording import KnownPayload, Recording
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit, plain_fit
@@ -65,17 +64,6 @@ def test_amperes_are_not_called_newton_metres():
     assert row[-2:] == ["-", "-"]
 
 
-def test_torque_is_still_torque():
-    recording = run("torque")
-    current = recording.signals["current"]
-    signals = {name: s for name, s in recording.signals.items() if name != "current"}
-    signals["torque"] = Signal(current.time, current.values * two_joints.GAIN)
-    torque = identify([silent(replace(recording, signals=signals))])
-    assert torque.measures == "torque"
-    assert not any(SCALE in line for line in verdict(torque))
-    assert "  N m   " in summary(torque).partition("Drive gains")[0]
-
-
 def test_gains_not_given_are_not_compared_with_one():
     np.testing.assert_allclose(found().estimate.gain, two_joints.GAIN, rtol=0.01)
     assert not any(SCALE in line for line in verdict(found()))
@@ -92,10 +80,6 @@ def test_what_was_recorded_is_in_the_file(which, tmp_path):
     path = tmp_path / "fit.json"
     path.write_text(fit_text(which()))
     assert read_fit(path).measures == "current"
-    table = json.loads(fit_text(which()))
-    del table["measures"]
-    path.write_text(json.dumps(table))
-    assert read_fit(path).measures == ("torque" if which is amperes else "current")
 
 
 def with_agreement(residual: float, noise_source: str = "rest") -> Fit:
@@ -113,28 +97,8 @@ def test_noise_explained_by_noise_is_no_explanation():
     first = verdict(with_agreement(0.51))[0]
     assert "The residual of 1 of 2 joints is at the noise floor" in first
     assert "Not distinguished from noise on shoulder (1.0 x noise): the motion moves it too little" in first
-
-
-def test_one_run_that_distinguishes_a_joint_from_noise_is_enough():
     both = (*with_agreement(0.51).validation, *with_agreement(0.2).validation)
     assert [v.words for v in joint_verdicts(replace(fit(), validation=both))] == ["at the noise floor"] * 2
-
-
-def test_a_joint_that_never_slides_was_not_tested():
-    run = with_agreement(0.2).validation[0]
-    still = replace(run, weight=run.weight * [0.0, 1.0])
-    assert joint_verdicts(replace(fit(), validation=(still,)))[0].state == JointState.UNTESTED
-
-
-def test_joints_of_one_verdict_share_a_sentence():
-    run = fit().validation[0]
-    poor = replace(fit(), validation=(replace(run, noise=run.residual_rms / [4.2, 3.1]),))
-    [first] = [line for line in verdict(poor) if "More than noise is left" in line]
-    assert first.startswith("The residual of no joint is at the noise floor on the held-out runs. ")
-    assert "More than noise is left on shoulder (4.2 x noise), elbow (3.1 x noise)." in first
-
-
-def test_a_guessed_noise_floor_is_called_a_guess():
     guess = "The noise floor is a guess from high frequencies, a lower bound"
     assert any(line.startswith(guess) for line in verdict(with_agreement(0.2, "high frequencies")))
     assert not any(line.startswith(guess) for line in verdict(with_agreement(0.2)))
@@ -151,11 +115,6 @@ def test_the_same_recording_is_known_by_its_content():
     current = a.signals["current"]
     heavier = replace(a, signals={**a.signals, "current": replace(current, values=2 * current.values)})
     assert repeated_runs([a, heavier], []) == ()
-
-
-def test_a_flattering_validation_is_a_warning_of_the_fit():
-    recording = run("empty")
-    assert any("proves nothing" in d for d in identify([recording], [replace(recording, name="x")]).warnings)
 
 
 def renamed(recording: Recording) -> Recording:
@@ -190,15 +149,12 @@ def test_a_negative_friction_is_impossible(deviations, warned):
     assert all("try --estimator consistent" in d for d in warnings)
 
 
-def test_drag_and_dry_friction_negative_on_one_joint_point_to_its_sign():
+def test_friction_below_zero_points_to_signs_and_regrouped_values_may_be_negative():
     values = np.array(fit().estimate.values)
     for name in ("Fc2", "Fv2"):
         values[fit().names.index(name)] = -100 * fit().estimate.std[fit().names.index(name)]
     [warning] = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
     assert warning.startswith("Fv2, Fc2 of elbow are negative: its torque has the wrong sign")
-
-
-def test_what_is_regrouped_or_has_no_minimum_may_be_negative():
     values = -1e3 * np.abs(fit().estimate.values)
     warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
     named = {
@@ -219,13 +175,9 @@ def test_the_payload_has_its_centre_of_mass():
     assert payload_centres(plain_fit()) == []
 
 
-@pytest.mark.parametrize("option", ["position_cutoff", "torque_cutoff"])
-@pytest.mark.parametrize("value", [125.0, 1e4])
+@pytest.mark.parametrize(("option", "value"), [("position_cutoff", 125.0), ("torque_cutoff", 1e4)])
 def test_cutoffs_that_no_filter_has_are_refused(option, value):
-    message = (
-        rf"--{option.replace('_', '-')} is {value:g} Hz; it must lie below 125 Hz, half the sample rate of"
-    )
-    with pytest.raises(RecordingError, match=message):
+    with pytest.raises(RecordingError, match=rf"--{option.replace('_', '-')} is {value:g} Hz; .* 125 Hz"):
         choose(run("empty"), Filtering(**{option: value}))
     assert choose(run("empty"), Filtering(position_cutoff=124.0)).position_cutoff == 124.0
 
@@ -242,9 +194,3 @@ def test_a_standstill_above_every_speed_is_refused():
         RecordingError, match=r"--standstill is 100 rad/s; .*highest speed of any joint in empty"
     ):
         identify([run("empty")], filtering=Filtering(standstill=100.0))
-
-
-def test_one_is_not_many():
-    text = " ".join(verdict(replace(plain_fit(), unclear=())))
-    assert verdict(fit())[0].startswith("The residual of both joints is at the noise floor")
-    assert "The standard deviation of each is at most 30 % of its value." in text

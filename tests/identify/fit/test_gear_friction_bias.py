@@ -75,12 +75,6 @@ def test_a_file_keeps_the_bias(fit: Fit, tmp_path) -> None:
     np.testing.assert_allclose(read_fit(tmp_path / "fit.json").gear_friction_bias, fit.gear_friction_bias)
 
 
-def test_an_older_file_has_no_bias_of_gains(fit: Fit, tmp_path) -> None:
-    count = len(fit.estimate.values)
-    write_fit(replace(fit, gear_friction_bias=fit.gear_friction_bias[:count]), tmp_path / "fit.json")
-    np.testing.assert_allclose(read_fit(tmp_path / "fit.json").gear_friction_bias, fit.gear_friction_bias)
-
-
 def test_nominal_gains_have_no_bias() -> None:
     bias = identify([run()], as_recorded=True, drop=False).gear_friction_bias
     assert np.any(bias[:-6])

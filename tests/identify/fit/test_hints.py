@@ -21,20 +21,20 @@ def estimate(open_names, std=10.0):
     return Estimate("test", np.ones(len(names)), GAIN, covariance, np.ones(2))
 
 
-def test_what_is_known_needs_no_hint():
+def test_only_what_is_open_has_a_hint():
     assert unclear(MODEL, BASE, estimate([])) == ()
     assert unclear(MODEL, BASE, estimate(["Fv1"], std=0.99 * OPEN / 100)) == ()
+    found = unclear(MODEL, BASE, estimate(["Fv2", "Fv1"]))
+    assert [entry.name for entry in found] == ["Fv1", "Fv2"]
+    given = estimate([])
+    values = -given.values
+    values[0] = 0.0
+    found = unclear(MODEL, BASE, Estimate("test", values, GAIN, given.covariance, given.noise))
+    assert [entry.name for entry in found] == [BASE.names[0]]
+    assert np.isfinite(found[0].std_percent)
 
 
-@pytest.mark.parametrize(
-    ("name", "hint"),
-    [
-        ("Fv1", "move shoulder fast"),
-        ("Fv2", "move elbow fast"),
-        ("Ia2", "accelerate elbow hard"),
-        ("Ia1", "accelerate shoulder hard"),
-    ],
-)
+@pytest.mark.parametrize(("name", "hint"), [("Fv1", "move shoulder fast"), ("Ia2", "accelerate elbow hard")])
 def test_the_motion_that_moves_the_column_is_named(name, hint):
     if name not in BASE.names:
         name = f"{name}R"
@@ -42,17 +42,3 @@ def test_the_motion_that_moves_the_column_is_named(name, hint):
     assert [entry.name for entry in found] == [name]
     assert found[0].std_percent == pytest.approx(1000.0)
     assert found[0].hint == hint
-
-
-def test_every_open_parameter_is_listed_in_order():
-    found = unclear(MODEL, BASE, estimate(["Fv2", "Fv1"]))
-    assert [entry.name for entry in found] == ["Fv1", "Fv2"]
-
-
-def test_sign_does_not_matter_and_zero_is_open():
-    given = estimate([])
-    values = -given.values
-    values[0] = 0.0
-    found = unclear(MODEL, BASE, Estimate("test", values, GAIN, given.covariance, given.noise))
-    assert [entry.name for entry in found] == [BASE.names[0]]
-    assert np.isfinite(found[0].std_percent)

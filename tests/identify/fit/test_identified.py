@@ -35,7 +35,7 @@ def test_a_fit_that_an_arm_can_have_is_exported_within_its_95_percent():
         assert "Exported otherwise" not in summary(found)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-2])
 def test_nominal_values_that_are_off_do_not_overrule_the_data(tolerance):
     found = plain_fit()
     sure = replace(found.model, robot=replace(found.model.robot, inertial_tolerance=tolerance))
@@ -55,8 +55,7 @@ def test_what_no_arm_can_have_is_named_with_what_is_taken(impossible):
     assert "Exported otherwise" in report_html(impossible)
 
 
-@pytest.mark.parametrize("rows", [[0], [0, 1, 2], slice(None)])
-@pytest.mark.parametrize("value", [None, 0.0])
+@pytest.mark.parametrize(("rows", "value"), [([0], 0.0), ([0, 1, 2], None), (slice(None), 0.0)])
 def test_what_is_known_exactly_is_exported_as_it_is(rows, value):
     """Rows of zeros in a covariance: nothing is known better than to a millionth, and nothing overflows."""
     found = plain_fit()
@@ -81,7 +80,7 @@ def test_values_that_are_known_together_only_do_not_end_the_export(share):
     assert np.all(np.array([prior.std for prior in model.priors]) >= 0.0)
 
 
-@pytest.mark.parametrize("size", [1e-150, 1e-20, 1e20, 1e140])
+@pytest.mark.parametrize("size", [1e-150, 1e140])
 def test_deviations_of_any_size_do_not_end_the_export(size):
     found = plain_fit()
     estimate = replace(found.estimate, covariance=size**2 * found.estimate.covariance)

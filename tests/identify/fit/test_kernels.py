@@ -4,10 +4,10 @@ import pytest
 
 from ...other_kernel import KERNELS, VARIABLE, other_kernel, running
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
-@pytest.mark.parametrize("preset", ["", "Haswell", "Nehalem"])
+@pytest.mark.parametrize("preset", ["", "Nehalem"])
 def test_the_other_kernel_is_another_one(preset, monkeypatch):
     if preset:
         monkeypatch.setenv(VARIABLE, preset)

@@ -52,15 +52,12 @@ def test_covariance_is_that_of_noise_and_that_of_gains(system):
     assert np.all(estimate.std > without.std)
 
 
-def test_nominal_gains_do_not_count_as_estimated(system):
+def test_nominal_gains_are_not_estimated_and_unstated_ones_have_no_tolerance(system):
     estimate = weighted(system)
     assert np.all(estimate.gain_std > 0.0)
     assert not np.any(estimate.gain_estimated)
     loaded, _ = equations(rows=600, payload=True, gain_tolerance=TOLERANCE)
     assert np.all(maximum_likelihood(white(loaded, np.array([0.02, 0.05]))).gain_estimated)
-
-
-def test_gains_that_nobody_stated_have_no_tolerance(system):
     estimate = weighted(replace(system, gain=np.ones(2)))
     assert not np.any(estimate.gain_std)
     assert estimate.nominal_gains

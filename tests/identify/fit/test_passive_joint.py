@@ -70,17 +70,11 @@ def test_its_equation_of_zero_torque_helps_to_identify_the_others(recorded):
     assert any("Without a motor: pendulum." in sentence for sentence in verdict(fit))
 
 
-def test_a_joint_of_which_nothing_is_stated_is_refused(recorded):
+def test_a_joint_of_which_nothing_is_stated_or_with_a_torque_is_refused(recorded):
     with pytest.raises(NotRecorded, match="pendulum is constant at 0.*passive"):
         identify([recording(recorded)])
-
-
-def test_a_joint_without_a_motor_has_no_other_torque_than_zero(recorded):
     torque = replace(recorded["torque"], values=recorded["torque"].values + [0.0, 0.5])
     with pytest.raises(NotRecorded, match="pendulum is constant at 0.5"):
         identify([recording(recorded | {"torque": torque}, passive=("pendulum",))])
-
-
-def test_a_passive_joint_is_one_of_the_arm():
     with pytest.raises(UnknownJoint, match="elbow"):
         arm(passive=("elbow",))

@@ -29,7 +29,7 @@ def record(seed, duration=25.0, settings=None, temperature=None, payload=None, *
     values = true_values(plant, 3.0)
     for name, change in changes.items():
         values[plant.names.index(name)] += change
-    motion = trajectory(duration, seed).at(np.arange(0.0, duration, 0.002))
+    motion = trajectory(duration, seed).at(np.arange(0.0, duration, 0.004))
     run = simulate(
         plant, values, GAIN, motion, model(), SENSORS, payload=payload, name=f"run {seed}", seed=seed
     )
@@ -42,15 +42,14 @@ def record(seed, duration=25.0, settings=None, temperature=None, payload=None, *
 
 def test_equal_runs_agree_and_their_scatter_is_as_probable_as_stated():
     probabilities = []
-    for first in range(0, 18, 6):
+    for first in range(0, 12, 6):
         result = identify([record(first + k) for k in range(6)], repeat=True).repeatability
         assert len(result.parts) == 6
         assert not result.differing
         probabilities += [parameter.probability for parameter in result.parameters]
     assert np.mean(np.array(probabilities) < 0.1) < 0.25
-    assert (
-        np.mean(np.array(probabilities) < 0.5) > 0.25
-    )  # intervals that are too wide would agree with anything
+    # Intervals that are too wide would agree with anything.
+    assert np.mean(np.array(probabilities) < 0.5) > 0.25
 
 
 def test_friction_that_follows_temperature_is_named_with_it():

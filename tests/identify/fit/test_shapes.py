@@ -12,7 +12,7 @@ from exidyn.identification.fit.base_parameters import base_parameters
 from exidyn.identification.fit.equations import assemble
 from exidyn.identification.fit.estimators.compressed import Compressed
 from exidyn.identification.fit.shapes import fit_shapes
-from exidyn.identification.preparation.prepare import Filtering, Prepared, filtered, prepare
+from exidyn.identification.preparation.prepare import Filtering, Prepared, prepare
 
 from ...parts.small.two_joints import model, true_values
 from .test_identify import record
@@ -95,14 +95,3 @@ def test_presliding_is_dahl_s_law_step_by_step():
     found = Hysteresis(("shoulder",), 2e-3).regressor(model().robot, motion)
     np.testing.assert_allclose(found[:, 0, 0], expected, atol=1e-12)
     assert not found[:, 1].any()
-
-
-def test_whole_run_is_the_prepared_one_with_its_ends():
-    recording = record()
-    prepared = prepare(recording, FILTERING)
-    motion, current = filtered(recording, FILTERING)
-    edge = (len(motion) - len(prepared.motion)) // 2
-    assert len(motion) == len(recording.signals["position"])
-    assert edge > 0
-    np.testing.assert_array_equal(motion.velocity[edge:-edge], prepared.motion.velocity)
-    np.testing.assert_array_equal(current[edge:-edge], prepared.current)

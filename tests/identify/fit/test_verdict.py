@@ -8,7 +8,6 @@ import pytest
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.verdict import joint_verdicts, surprises, verdict
 from exidyn.identification.preparation.prepare import SMOOTHED
-from exidyn.identification.text_table import digits
 
 from ...parts.pages.report_pages import known_fit
 
@@ -37,11 +36,15 @@ def test_verdict_names_the_joint_that_is_not_explained(fit):
     ]
 
 
-def test_a_fit_of_smoothed_recordings_alone_is_not_said_to_miss_the_noise_floor(fit):
+def test_the_worst_run_of_each_joint_counts_and_smoothed_runs_judge_nothing(fit):
     [run] = fit.validation
     first = verdict(replace(fit, validation=(replace(run, noise_source=SMOOTHED),)))[0]
     assert first.startswith("Whether the residual of any joint is at the noise floor is not judged: ")
     assert "x noise" not in first
+    worse = with_noise(fit, 3.0, 0.5).validation[0]
+    better = replace(with_noise(fit, 0.5, 2.0).validation[0], run="other")
+    found = joint_verdicts(replace(fit, validation=(worse, better)))
+    assert [(v.run, round(v.over_noise, 6)) for v in found] == [(worse.run, 3.0), ("other", 2.0)]
 
 
 def test_errors_of_nominal_gains_are_named_where_none_was_found(fit):
@@ -54,25 +57,6 @@ def test_errors_of_nominal_gains_are_named_where_none_was_found(fit):
     assert words in verdict(nominal)[0]
     assert words not in verdict(bad)[0]
     assert words not in verdict(replace(nominal, measures="torque"))[0]
-
-
-def test_verdict_takes_the_worst_run_of_each_joint(fit):
-    worse = with_noise(fit, 3.0, 0.5).validation[0]
-    better = replace(with_noise(fit, 0.5, 2.0).validation[0], run="other")
-    found = joint_verdicts(replace(fit, validation=(worse, better)))
-    assert [(v.run, round(v.over_noise, 6)) for v in found] == [(worse.run, 3.0), ("other", 2.0)]
-
-
-def test_verdict_warns_without_a_run_held_out(fit):
-    assert "looks better than it is" in verdict(replace(fit, validation=()))[0]
-    assert "looks better than it is" not in verdict(fit)[0]
-
-
-def test_verdict_counts_the_gains_and_repeats_warnings(fit):
-    lines = verdict(replace(fit, warnings=("the clock jumps",)))
-    half = 196 * fit.estimate.gain_std / np.abs(fit.estimate.gain)
-    assert f"known to ± {digits(half.min(), 2)} to {digits(half.max(), 2)} % (95 %)" in lines[1]
-    assert lines[-1] == "the clock jumps"
 
 
 def test_surprise_is_a_value_far_from_its_prior(fit):

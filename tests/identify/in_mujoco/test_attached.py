@@ -130,7 +130,7 @@ def in_mujoco(made, data, control, motion, step):
 def test_steps_follow_those_of_our_own_simulation(attached):
     model = arm(StribeckFriction(), LoadDependentFriction(), Hysteresis())
     made, data = compiled(model)
-    motion = two_joints.trajectory(10.0).at(np.arange(0.0, 3.0, TICK))
+    motion = two_joints.trajectory(10.0).at(np.arange(0.0, 1.5, TICK))
     control = DriveControl.tuned(np.array([2.0, 0.5]), 8.0, np.full(2, np.inf))
     ours = in_plant(model, control, motion)
     far = [np.abs(in_mujoco(made, data, control, motion, TICK / 4) - ours).max()]

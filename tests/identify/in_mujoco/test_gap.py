@@ -14,35 +14,16 @@ from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.judge import JOINTS, Gain, Judge
 from exidyn.identification.in_mujoco.replay import what_is_commanded
 from exidyn.identification.in_mujoco.servo_torque import lead, servo_torque
-from exidyn.identification.pages.gap_document import Compared, _answers
+from exidyn.identification.pages.gap_document import Compared
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error
 from exidyn.mujoco import attach
 
+from ...parts import servo_arms
+
 mujoco = pytest.importorskip("mujoco")
 
-ARM = """<mujoco model="two">
-  <compiler angle="radian"/>
-  <option timestep="0.002" integrator="implicitfast"/>
-  <worldbody>
-    <body name="upper" pos="0 0 1">
-      <inertial mass="4" pos="0.15 0 0.02" diaginertia="0.03 0.06 0.06"/>
-      <joint name="shoulder" axis="0 1 0" range="-2 2" damping="1" armature="0.1"/>
-      <body name="lower" pos="0.4 0 0">
-        <inertial mass="2" pos="0.1 0 0.01" diaginertia="0.01 0.02 0.02"/>
-        <joint name="elbow" axis="0 1 0" range="-2 2" damping="0.5" armature="0.05"/>
-        <site name="flange" pos="0.3 0 0"/>
-      </body>
-    </body>
-  </worldbody>
-  <actuator>
-    <position name="a" joint="shoulder" kp="800" kv="40"/>
-    <position name="b" joint="elbow" kp="400" kv="20"/>
-  </actuator>
-</mujoco>
-"""
-
-
+ARM = servo_arms.ARM.replace('timestep="0.001"', 'timestep="0.002"')
 PENDULUM = """<mujoco>
   <option timestep="0.002" integrator="{}" gravity="0 0 0"/>
   <worldbody>
@@ -57,7 +38,10 @@ PENDULUM = """<mujoco>
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("commands", ["position", "torque", "alone"])
+@pytest.mark.parametrize(
+    "commands",
+    ["position", *(pytest.param(name, marks=pytest.mark.long) for name in ("torque", "alone"))],
+)
 def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     commands, tmp_path, monkeypatch, capsys
 ):
@@ -199,16 +183,7 @@ def test_a_tool_point_on_the_axis_says_nothing_and_the_farthest_joint_is_compare
     assert compared.far(away) == "3.00 mm"
 
 
-@pytest.mark.parametrize(("attaches", "rows"), [(False, 2), (True, 3)])
-def test_an_answer_without_attached_effects_has_no_row(attaches, rows):
-    before = distances(0.001, 0.002)
-    answer = SimpleNamespace(distances=before, attaches=attaches)
-    diagnosis = SimpleNamespace(joints=("one", "two"))
-    gap = SimpleNamespace(original=before, horizons=(0.1,), diagnosis=diagnosis, file=answer, attached=answer)
-    assert len(_answers(gap).rows) == rows
-
-
-@pytest.mark.slow
+@pytest.mark.long
 def test_play_in_a_gear_is_written_as_structure_and_gains():
     gears = pytest.importorskip("parts.simulator.gears")
     answer = gears.answered(gears.CASES["play of 6 mrad"])

@@ -91,7 +91,7 @@ def test_a_simulation_delays_the_commands_of_a_run_by_the_delay_of_the_file():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("alone", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_both_answers_and_the_file_by_itself_closes_what_it_can_hold(alone):
     recordings = runs_of(real_arm())
     if alone:

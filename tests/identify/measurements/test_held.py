@@ -55,15 +55,8 @@ def recording(*measurements, seed=0):
     path = random_fourier(two_joints.arm().limits, 12.0, period=4.0, seed=seed)
     plant, sensors = arm(*measurements), Noise(1e-4, 0.0, 0.0)
     motion = path.at(np.arange(0.0, 12.0, 1.0 / RATE))
-    return simulate(
-        plant,
-        two_joints.true_values(two_joints.model()),
-        two_joints.GAIN,
-        motion,
-        arm(),
-        sensors,
-        name=f"run{seed}",
-    )
+    values = two_joints.true_values(two_joints.model())
+    return simulate(plant, values, two_joints.GAIN, motion, arm(), sensors, name=f"run{seed}")
 
 
 def residual(fit):
@@ -100,11 +93,7 @@ def test_every_kind_is_tried():
         ('name = "current_clipping"\nlimit = 0.0', "limit: 0 is not above 0"),
         (
             'name = "drive_gain_saturation"\njoint = "elbow"\nloss = 0.1',
-            "either knee and width, or a ceiling",
-        ),
-        (
-            'name = "drive_gain_saturation"\njoint = "elbow"\nloss = 0.1\nceiling = "high"',
-            "expected a number",
+            "either knee and width, or",
         ),
     ],
 )

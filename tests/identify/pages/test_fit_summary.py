@@ -49,59 +49,21 @@ def test_numbers_have_four_significant_digits(value, text):
     assert digits(value) == text
 
 
-def test_what_rounds_to_zero_has_no_sign():
+def test_numbers_and_texts_stand_on_the_page():
     assert [fixed(value, 2) for value in (-0.004, -0.006, 0.0, np.inf)] == ["0.00", "-0.01", "0.00", "inf"]
-
-
-def test_numbers_stand_with_their_points_below_each_other():
     texts = at_point([digits(v) for v in (50400.0, -1.5, 0.0123)])
     wide = [text.rjust(20) for text in texts]
     assert wide[1].index(".") == wide[2].index(".") == len(wide[0].rstrip())
-
-
-def test_heads_that_differ_in_their_number_fold_alike_over_all_blocks_of_a_table():
-    head = ["run", "what it is for", *(f"joint {number}" for number in range(1, 7))]
-    cells = ["1.2", "3.45", "1.234", "2.2", "12345.67", "1.0"]
-    text = "\n".join(table(head, [["a" * 18, "b" * 22, *cells]], left=(0, 1)))
-    assert text.count("joint") == 6
-    assert "joint 5" not in text
-
-
-def test_a_table_aligns_names_left_and_numbers_right():
     assert table(["a", "bb"], [["one", "1"], ["heading"], ["x", "22"]]) == [
         "a    bb",
         "one   1",
         "heading",
         "x    22",
     ]
-
-
-def test_paragraphs_stay_on_the_page():
     lines = paragraph("word " * 100, "    ", "- ")
     assert max(map(len, lines)) <= WIDTH
     assert lines[0].startswith("- word")
     assert all(line.startswith("    word") for line in lines[1:])
-
-
-def test_the_widest_column_of_words_is_wrapped():
-    rows = [
-        ["kinematic coupling of joint 2 (the shoulder) and joint 3 (the elbow)", "joint 2 (shoulder)", "-86"]
-    ]
-    lines = table(["candidate, alone", "joint that gains most", "%"], rows, left=(0, 1))
-    assert max(map(len, lines)) <= WIDTH
-    assert [line.split()[0] for line in lines[-2:]] == ["kinematic", "joint"]
-    assert lines[-2].endswith("-86")
-
-
-def test_sentences_that_no_room_is_left_for_stand_below_beside_the_first_column_alone():
-    long, why = "unit of lbr_joint_{number}/effort", "400.0 Hz, 0.2758 rad/s at most"
-    lines = table(["what", "guess", "sure", "from"], [[long, long[8:], "99.0 %", why]], left=(0, 1, 3))
-    assert max(map(len, lines)) <= 80
-    assert [line.split("  ")[0] for line in lines] == ["what", long] * 2
-    assert lines[-1] == f"{long}  {why}"
-
-
-def test_the_page_is_no_wider_than_a_page_and_has_no_trailing_blanks():
     for each in (fit(), plain_fit()):
         lines = summary(each).splitlines()
         assert max(map(len, lines)) <= WIDTH
@@ -123,7 +85,7 @@ def test_the_head_reports_what_was_done():
     assert f"{digits(fit().filtering.torque_cutoff)} Hz" in " ".join(" ".join(filters).split())
 
 
-def test_gains_are_printed_with_interval_and_prior():
+def test_gains_are_printed_with_interval_and_prior_or_what_they_need():
     name, gain, half, unit, _, nominal, tolerance, off = row(section(summary(fit()), "Drive gains"), "elbow")
     assert (name, unit) == ("elbow", "N")
     assert float(gain) == pytest.approx(fit().estimate.gain[1], rel=1e-3)
@@ -133,9 +95,6 @@ def test_gains_are_printed_with_interval_and_prior():
         1.96 * 27.5 * fit().model.robot.drive_gain_tolerance[1], rel=0.05
     )
     assert float(off) == pytest.approx(100 * (fit().estimate.gain[1] / 27.5 - 1), rel=0.05)
-
-
-def test_gains_that_were_not_identified_state_what_they_need():
     lines = section(summary(plain_fit()), "Drive gains")
     assert "record motor currents and a run with a known payload" in " ".join(lines)
     assert float(row(lines, "shoulder")[1]) == pytest.approx(plain_fit().estimate.gain[0], rel=1e-4)
@@ -175,33 +134,11 @@ def test_far_from_prior_is_pointed_out():
     assert marks == [0, len(value), 0]
 
 
-def test_every_run_has_its_residual_over_noise_by_joint():
-    lines = section(summary(fit()), "Runs")
-    for one in (*fit().agreement, *fit().validation):
-        cells = [line for line in lines if line.startswith(f"{one.run} ")][0].split(maxsplit=1)[1]
-        for over in one.over_noise:
-            assert f"{digits(over, 3)};" in cells
-
-
 def test_what_remains_open_is_listed_with_the_motion_that_would_settle_it():
     unclear = (Unclear("MX2", 45.678, "move elbow fast"),)
     page = summary(replace(fit(), unclear=unclear)).partition("\nOpen\n")[2].splitlines()
     assert page[1].split() == ["MX2", "45.7", "move", "elbow", "fast"]
     assert "Open: none" in summary(replace(fit(), unclear=()))
-
-
-def test_composition_has_every_regrouping_and_what_no_motion_reveals():
-    text = "\n".join(section(summary(fit()), "Composition of base parameters"))
-    structure = fit().structure
-    assert structure.expressions
-    joined = " ".join(text.split())
-    for expression in (*structure.expressions, ", ".join(structure.without_effect)):
-        assert expression in joined
-    assert not set(structure.without_effect) & set(fit().dropped)
-
-
-def test_warnings_are_printed():
-    assert "- other: the cable was caught at the base" in summary(fit())
 
 
 def test_a_fit_that_was_read_has_a_page_too(tmp_path):
@@ -219,18 +156,3 @@ def test_a_table_fits_the_page_and_loses_no_cell(columns):
     assert max(map(len, lines)) <= WIDTH
     words = " ".join(lines).split()
     assert all(words.count(cell) == 1 for row in rows for cell in row[1:])
-
-
-def test_a_sentence_in_the_last_column_goes_on_below():
-    sentence = "word " * 40
-    lines = table(["name", "what it is"], [["x", sentence.strip()], ["y", "short"]], left=(0, 1))
-    assert max(map(len, lines)) <= WIDTH
-    assert " ".join(lines).count("word") == 40
-    assert lines[-1].split() == ["y", "short"]
-
-
-def test_a_table_of_words_alone_loses_none_that_is_too_long():
-    path, words = "/a/place/far/down" * 5, "a robot of which all is stated as one would from a drawing of it"
-    text = "\n".join(table(["file", "what it is"], [[path, words]], left=(0, 1)))
-    assert path in text
-    assert words in text

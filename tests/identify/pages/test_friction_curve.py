@@ -20,7 +20,7 @@ def fit():
     return known_fit()
 
 
-def test_friction_curve_is_viscous_and_dry_friction(fit):
+def test_friction_curve_is_viscous_and_dry_friction_of_any_effect(fit):
     velocity = velocity_grid(2.0)
     names = list(fit.names)
     for joint in range(2):
@@ -32,6 +32,16 @@ def test_friction_curve_is_viscous_and_dry_friction(fit):
         covariance = fit.estimate.covariance[np.ix_([viscous, dry], [viscous, dry])]
         rows = np.stack([velocity, sign], axis=1)
         np.testing.assert_allclose(std**2, np.einsum("tp,pq,tq->t", rows, covariance, rows), rtol=1e-9)
+    velocity, torque = curve_with(fit, StribeckFriction(), Fs1=2.0)
+    assert np.all(np.sign(torque) == np.sign(velocity))
+    assert abs(torque[1]) > abs(torque[0])
+    velocity, torque = curve_with(fit, Hysteresis(), Fh1=3.0)
+    np.testing.assert_allclose(torque, 3.0 * np.sign(velocity), rtol=1e-9)
+    velocity, torque = curve_with(fit, LoadDependentFriction(), mu1=0.1)
+    assert np.all(np.sign(torque) == np.sign(velocity))
+    assert np.ptp(np.abs(torque)) < 1e-9
+    velocity, torque = curve_with(fit, Hysteresis(), Off1=5.0, MX1=1.0, YY1=7.0)
+    np.testing.assert_array_equal(torque, 0.0)
 
 
 def curve_with(fit, effect, **values):
@@ -48,16 +58,3 @@ def curve_with(fit, effect, **values):
     return velocity, friction_curve(replace(fit, model=enlarged, base=base, estimate=estimate), 0, velocity)[
         0
     ]
-
-
-def test_friction_curve_knows_effects_by_what_they_do(fit):
-    velocity, torque = curve_with(fit, StribeckFriction(), Fs1=2.0)
-    assert np.all(np.sign(torque) == np.sign(velocity))
-    assert abs(torque[1]) > abs(torque[0])
-    velocity, torque = curve_with(fit, Hysteresis(), Fh1=3.0)
-    np.testing.assert_allclose(torque, 3.0 * np.sign(velocity), rtol=1e-9)
-    velocity, torque = curve_with(fit, LoadDependentFriction(), mu1=0.1)
-    assert np.all(np.sign(torque) == np.sign(velocity))
-    assert np.ptp(np.abs(torque)) < 1e-9
-    velocity, torque = curve_with(fit, Hysteresis(), Off1=5.0, MX1=1.0, YY1=7.0)
-    np.testing.assert_array_equal(torque, 0.0)

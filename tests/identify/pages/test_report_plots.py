@@ -60,21 +60,16 @@ def test_long_run_shows_its_worst_minute(fit):
     assert informative_stretch(run, 1) == slice(0, len(run.time))
 
 
-@pytest.mark.parametrize("reach", [1.0, 2.1, 4.9, 48.0, 7300.0])
-def test_symmetric_ranges_have_ticks_beside_zero(reach):
-    assert len(ticks(Span(-reach, reach), 4)) >= 3
-
-
-def test_path_steps_lead_through_the_points():
-    points = np.array([[10, 20], [15, 5], [15, 5], [-3, 40]])
-    steps = re.search(r' d="(.*?)"', path(points, "residual"))[1]
-    np.testing.assert_array_equal(points_of(steps), points)
-
-
-def test_panel_maps_its_corners_and_holds_what_leaves_it():
+def test_marks_stay_within_their_panel():
     panel = Panel(Span(0.0, 2.0), Span(-1.0, 1.0), 50, 10, 100, 40)
     found = panel.pixels(np.array([0.0, 2.0, 1.0]), np.array([-1.0, 1.0, 70.0]))
     np.testing.assert_array_equal(found, [[500, 500], [1500, 100], [1000, 100]])
+    assert "<circle" in interval_bar(1.0, 0.1, 1.2, 0.2)
+    assert "<circle" not in interval_bar(9.0, 0.1, 1.2, 0.2)
+    assert interval_bar(1.0, 0.1, 0.0, np.inf) == "no nominal value"
+    points = np.array([[10, 20], [15, 5], [15, 5], [-3, 40]])
+    steps = re.search(r' d="(.*?)"', path(points, "residual"))[1]
+    np.testing.assert_array_equal(points_of(steps), points)
 
 
 @pytest.mark.parametrize(
@@ -96,9 +91,3 @@ def test_ranges_are_never_empty(values):
     span = Span.around(np.array(values))
     assert np.isfinite(span).all()
     assert span.size > 0.0
-
-
-def test_interval_far_from_its_prior_becomes_an_arrow():
-    assert "<circle" in interval_bar(1.0, 0.1, 1.2, 0.2)
-    assert "<circle" not in interval_bar(9.0, 0.1, 1.2, 0.2)
-    assert interval_bar(1.0, 0.1, 0.0, np.inf) == "no nominal value"

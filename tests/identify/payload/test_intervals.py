@@ -8,8 +8,8 @@ from exidyn.identification.payload.intervals import consistent_body, intervals
 
 from .arms import TOOL
 
-DRAWS = 400
-"""Their share of 95 % scatters by 1.1 %."""
+DRAWS = 300
+"""Their share of 95 % scatters by 1.3 %."""
 
 
 @pytest.mark.parametrize("scale", [0.02, 0.3])
@@ -25,7 +25,7 @@ def test_intervals_hold_the_truth_in_95_percent(scale: float) -> None:
         together = [result.mass, *result.center, *result.inertia]
         held.append([interval.holds(value) for interval, value in zip(together, values, strict=True)])
     share = np.mean(held, axis=0)
-    assert np.all(share > 0.92)
+    assert np.all(share > 0.91)
     assert np.all(share[:4] < 0.98)
 
 

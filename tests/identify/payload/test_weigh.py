@@ -1,6 +1,5 @@
 """From runs to the payload: with a fit of the arm, with a run without it, with the description alone."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -129,17 +128,6 @@ def test_a_fit_of_weighed_gains_is_not_advised_to_weigh_them(by_fit, by_differen
     assert "For less: a longer run with the payload" in estimated
     assert "For less: a fit with drive gains from a payload that was weighed" in nominal
     assert by_difference.nominal_gains
-
-
-def test_the_next_step_is_stated_until_it_is_taken(by_fit) -> None:
-    assert "next: --for ur | franka" in payload_text(by_fit)
-    assert "next:" not in payload_text(by_fit, ["ur"])
-
-
-def test_a_value_without_bounds_says_so(by_fit) -> None:
-    unbounded = (Interval(0.1, -np.inf, np.inf, "m"), *by_fit.center[1:])
-    page = payload_text(replace(by_fit, intervals=by_fit.intervals._replace(center=unbounded)))
-    assert re.search(r"center x +100\.0 +not bounded", page)
 
 
 def test_a_known_center_leaves_the_mass() -> None:

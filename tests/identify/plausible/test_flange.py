@@ -46,6 +46,10 @@ def test_a_body_that_one_run_carries_is_named():
     assert suspicion.name == "payload"
     assert suspicion.what.startswith("it carries a body on the flange that empty does not: 12.")
     assert "(30, 140, " in suspicion.what
+
+
+@pytest.mark.long
+def test_a_body_is_among_the_doubts_about_runs():
     assert any("12." in line for line in doubts(runs(), LOG.model))
 
 

@@ -18,11 +18,11 @@ from exidyn.identification.plausible.suspicion import NONE_OF_THESE
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.runs.logs import cobot_log, kr270_log
+from ...parts.runs.logs import cobot_log, kr270_log, short_log
 
 pytestmark = pytest.mark.numerical
 
-LOG = cobot_log()
+LOG = short_log()
 ARM = LOG.model.robot
 
 
@@ -47,10 +47,8 @@ def test_right_recording_passes():
 
 
 MISTAKES = {
-    "positions of joint1 and joint2 are exchanged": (exchanged(LOG.position, 0, 1), LOG.current),
     "all columns of joint2 and joint3": (exchanged(LOG.position, 1, 2), exchanged(LOG.current, 1, 2)),
     "reverse order": (LOG.position[:, ::-1], LOG.current[:, ::-1]),
-    "effort of joint2 has the opposite sign": (LOG.position, scaled(LOG.current, 1, -1.0)),
     "all efforts have the opposite sign": (LOG.position, -LOG.current),
     "position of joint3 has the opposite sign": (scaled(LOG.position, 2, -1.0), LOG.current),
     "position of joint3 is in degrees": (scaled(LOG.position, 2, 180 / np.pi), LOG.current),
@@ -106,9 +104,10 @@ def test_joints_that_hold_their_place_are_not_accused():
     assert suspect([recording(position, torque / ARM.drive_gain)], LOG.model) is None
 
 
+@pytest.mark.long
 def test_another_robot_is_named():
-    other = read_model("kr270")
-    suspicion = suspect([recording(model=other)], other)
+    other, log = read_model("kr270"), cobot_log()
+    suspicion = suspect([recording(log.position, log.current, other)], other)
     assert suspicion is not None
     assert suspicion.name in ("another_arm", NONE_OF_THESE)
 
@@ -121,12 +120,6 @@ def test_mistakes_of_two_signs_and_of_scales_are_named():
     assert quarter is not None
     assert quarter.name == "position_scale"
     assert quarter.joints == ARM.joints
-
-
-def test_efforts_of_a_group_are_off_together():
-    factor = np.where(np.arange(ARM.dof) < 3, 1.0, 8.0)
-    suspicion = suspect([recording(current=LOG.current * factor)], LOG.model)
-    assert suspicion is None or suspicion.name in ("effort_group", "drive_constant", "one_effort_unit")
 
 
 def test_efforts_without_the_weight_of_the_arm_are_named():
@@ -149,16 +142,16 @@ def test_a_mistake_is_a_warning_first_and_last():
     assert identify([wrong], as_recorded=True).suspicions == ()
 
 
-def test_what_single_runs_say_is_not_said_of_all(monkeypatch):
+def test_what_single_runs_say_is_not_said_of_all():
     odd = replace(recording(exchanged(LOG.position, 0, 1)), name="odd")
-    together = doubts([recording(), recording(), odd], LOG.model)
+    together = doubts([recording(), odd], LOG.model)
     assert all(line.startswith("odd: ") for line in together)
 
 
 def test_a_torque_that_no_description_has_is_no_mistake():
-    """A hose on the wrist: as large as the rest of the effort, and of the joint's position."""
-    hose = 2.0 * LOG.torque.std(axis=0)[5] * np.sin(2.0 * LOG.position[:, 5])
-    torque = LOG.torque + np.where(np.arange(ARM.dof) == 5, hose[:, None], 0.0)
+    """A hose on the last joint: as large as the rest of the effort, and of the joint's position."""
+    hose = 2.0 * LOG.torque.std(axis=0)[3] * np.sin(2.0 * LOG.position[:, 3])
+    torque = LOG.torque + np.where(np.arange(ARM.dof) == 3, hose[:, None], 0.0)
     assert suspect([recording(current=torque / ARM.drive_gain)], LOG.model) is None
 
 

@@ -16,11 +16,11 @@ from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.servo_error import LAW
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.runs.logs import cobot_log
+from ...parts.runs.logs import short_log
 
 pytestmark = pytest.mark.numerical
 
-LOG = cobot_log()
+LOG = short_log()
 ROBOT = LOG.model.robot
 
 LEG = """
@@ -82,7 +82,7 @@ def test_kinds_have_names_of_their_own_and_leave_most_logs_right():
 def test_every_case_changes_a_log_into_one_of_the_same_shape():
     log = sampled(LOG.time, LOG.position, LOG.torque).thinned(100)
     reading = Reading(LOG.model, log, True)
-    facts = LogFacts(ROBOT, log, np.full(6, 30.0), ROBOT.drive_gain, True)
+    facts = LogFacts(ROBOT, log, np.full(ROBOT.dof, 30.0), ROBOT.drive_gain, True)
     for mistake in TABLE:
         for what, change, joints in mistake.cases(facts):
             other = change.read(reading).log
@@ -94,7 +94,7 @@ def test_every_case_changes_a_log_into_one_of_the_same_shape():
 def test_no_mistake_is_trusted_where_it_explains_no_better_than_chance():
     rng = np.random.default_rng(1)
     log = sampled(LOG.time, LOG.position, rng.normal(size=LOG.torque.shape)).thinned(100)
-    facts = LogFacts(ROBOT, log, np.full(6, np.nan), ROBOT.drive_gain, True)
+    facts = LogFacts(ROBOT, log, np.full(ROBOT.dof, np.nan), ROBOT.drive_gain, True)
     assert weigh(Reading(LOG.model, log, True), facts).probability < 0.5
 
 
@@ -102,6 +102,6 @@ def test_servo_gains_of_a_file_are_held_against_the_log():
     error = LOG.torque / 18.0
     signals = {"position": Signal(LOG.time, LOG.position), "current": Signal(LOG.time, error)}
     run = Recording("servos", LOG.model, signals, settings={LAW: "servo error [rad] x 1"})
-    [words] = servo_gain_doubts([run], LOG.model, np.full(6, 998.0))
+    [words] = servo_gain_doubts([run], LOG.model, np.full(ROBOT.dof, 998.0))
     assert words.startswith("kp of the file is 998")
-    assert servo_gain_doubts([run], LOG.model, np.full(6, 18.0)) == []
+    assert servo_gain_doubts([run], LOG.model, np.full(ROBOT.dof, 18.0)) == []

@@ -10,7 +10,6 @@ from exidyn.identification.preparation.cutoffs import (
     nominal_inertia,
     position_cutoff,
     spectra,
-    torque_cutoff,
 )
 
 from ...parts.small.two_joints import GAIN, model
@@ -31,20 +30,14 @@ def noise(size, like, seed=0):
     return size * np.random.default_rng(seed).normal(size=like.shape)
 
 
-def test_spectrum_of_white_noise_is_its_variance_over_the_band():
+def test_spectra_are_those_of_known_noise():
     white = noise(0.2, np.zeros((50_000, 2)))
     frequency, density, floor = spectra(white, RATE)
     assert np.trapezoid(density[:, 0], frequency) == pytest.approx(0.04, rel=0.03)
     np.testing.assert_allclose(floor, 0.04 / (0.5 * RATE), rtol=0.05)
-
-
-def test_encoder_noise_is_reported_under_a_large_motion():
     still = sines(0.2, 0.4)
     _, _, floor = spectra(still + noise(1e-6, still), RATE)
     np.testing.assert_allclose(floor, 1e-12 / (0.5 * RATE), rtol=0.1)
-
-
-def test_density_of_an_acceleration():
     still = sines(4.0)
     frequency, density, _ = accelerations(still, RATE)
     power = np.trapezoid(density, frequency, axis=0)
@@ -65,22 +58,16 @@ def test_less_encoder_noise_lets_higher_frequencies_pass():
     np.testing.assert_allclose(cutoffs[:2], [3 / 1e-2 ** (1 / 3), 3 / 1e-3 ** (1 / 3)], rtol=0.3)
 
 
-def test_noise_that_is_filtered_above_is_not_taken_for_motion():
-    """Jitter of stamps, or a controller's filter: the top of the spectrum is quieter than the noise is."""
+def test_noise_is_not_taken_for_motion():
+    # Jitter of stamps, or a controller's filter: the top of the spectrum is quieter than the noise is.
     moved = sines(0.2, 0.4)
     coloured = signal.sosfiltfilt(
         signal.butter(1, 0.25 * RATE, fs=RATE, output="sos"), noise(1e-5, moved), axis=0
     )
     # twice differentiated, noise of 1e-5 rad passes 1 % of the motion's acceleration below 10 Hz
     assert position_cutoff(moved + coloured, RATE) < 15.0
-
-
-def test_noise_alone_passes_no_more_than_the_least():
     only = noise(1e-4, np.zeros((20_000, 2)))
     assert position_cutoff(only, RATE) == 1.5 * LOWEST
-
-
-def test_motion_band_ends_behind_the_last_line():
     for highest in (1.0, 2.5, 6.0):
         moved = sines(0.2, highest / 4, highest / 2, highest)
         assert highest < motion_band(moved + noise(1e-8, moved), RATE) <= highest + 1.5
@@ -106,13 +93,3 @@ def test_crossing_is_where_encoder_noise_would_exceed_the_current():
     assert found == pytest.approx(expected, rel=0.05)
     # and there, summed up to it, the encoder adds at most five per cent to the noise
     assert 0.7**4 / 5 < 0.05
-
-
-def test_torque_cutoff_is_the_largest_reason():
-    moved = sines(0.2, 3.0)
-    quiet, loud = moved + noise(1e-7, moved), moved + noise(1e-3, moved)
-    current = noise(0.05, moved, 1)
-    assert torque_cutoff(model(), quiet, current, GAIN, RATE) == noise_crossing(
-        model(), quiet, current, GAIN, RATE
-    )
-    assert torque_cutoff(model(), loud, 1e-3 * current, GAIN, RATE) >= LOWEST

@@ -1,4 +1,4 @@
-"""What a run needs besides positions."""
+"""What a run needs besides positions, and what was commanded in it."""
 
 from dataclasses import replace
 
@@ -28,3 +28,11 @@ def test_torques_do_where_the_currents_are_empty():
         prepare(replace(whole, signals={**whole.signals, "current": none, "torque": torque})).measures
         == "torque"
     )
+
+
+def test_a_run_that_was_stopped_before_its_first_command_is_prepared_without():
+    whole = run("empty")
+    still = Signal(whole.signals["position"].time, whole.signals["position"].values)
+    none = Signal(np.zeros(0), np.zeros((0, 2)))
+    assert prepare(replace(whole, signals={**whole.signals, "command": still})).commanded is not None
+    assert prepare(replace(whole, signals={**whole.signals, "command": none})).commanded is None

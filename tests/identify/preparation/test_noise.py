@@ -22,7 +22,7 @@ def exact_autocovariance(lags):
     return np.stack([np.linalg.matrix_power(POLES, k) @ colour_covariance() for k in range(lags + 1)])
 
 
-def test_autocovariance_of_a_known_process():
+def test_autocovariance_and_spectrum_of_a_known_process():
     process = coloured(200_000, np.random.default_rng(0))
     found = autocovariance([process], [np.ones_like(process)], 3)
     size = np.sqrt(np.diag(colour_covariance()))
@@ -31,6 +31,15 @@ def test_autocovariance_of_a_known_process():
         found / np.outer(size, size), exact_autocovariance(3) / np.outer(size, size), atol=0.02
     )
     assert abs(found[1][0, 1] - found[1][1, 0]) > 0.1 * abs(found[1][0, 1])  # the sign of the lag
+    density = spectrum(exact_autocovariance(20), 512)
+    np.testing.assert_allclose(density.mean(axis=0), colour_covariance(), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(density, density.conj().transpose(0, 2, 1), atol=1e-12 * np.abs(density).max())
+    # (1 - POLES z)^-1 MIX MIX^T (1 - POLES z)^-H.
+    density = spectrum(exact_autocovariance(400), 1024)
+    turn = np.exp(-2j * np.pi * np.arange(1024) / 1024)
+    transfer = np.linalg.inv(np.eye(2) - POLES * turn[:, None, None])
+    exact = transfer @ (MIX @ MIX.T) @ transfer.conj().transpose(0, 2, 1)
+    np.testing.assert_allclose(density, exact, atol=0.01 * np.abs(exact).max())
 
 
 def test_autocovariance_by_hand_with_weights_and_pieces():
@@ -48,21 +57,6 @@ def test_autocovariance_by_hand_with_weights_and_pieces():
                     for k in range(lag, len(p))
                 )
                 assert found[lag, i, j] == pytest.approx(total / np.sqrt(counts[i] * counts[j]), abs=1e-14)
-
-
-def test_mean_of_the_spectrum_is_the_covariance():
-    density = spectrum(exact_autocovariance(20), 512)
-    np.testing.assert_allclose(density.mean(axis=0), colour_covariance(), rtol=1e-10, atol=1e-12)
-    np.testing.assert_allclose(density, density.conj().transpose(0, 2, 1), atol=1e-12 * np.abs(density).max())
-
-
-def test_spectrum_of_a_known_process():
-    """(1 - POLES z)^-1 MIX MIX^T (1 - POLES z)^-H."""
-    density = spectrum(exact_autocovariance(400), 1024)
-    turn = np.exp(-2j * np.pi * np.arange(1024) / 1024)
-    transfer = np.linalg.inv(np.eye(2) - POLES * turn[:, None, None])
-    exact = transfer @ (MIX @ MIX.T) @ transfer.conj().transpose(0, 2, 1)
-    np.testing.assert_allclose(density, exact, atol=0.01 * np.abs(exact).max())
 
 
 def test_spectrum_is_positive_whatever_the_gaps():
@@ -91,15 +85,12 @@ def test_independent_joints_seem_correlated_and_are_made_independent():
     assert np.linalg.norm(after[:, between]) < 0.2 * np.linalg.norm(found[:, between])
 
 
-def test_joints_that_are_correlated_stay_so():
+def test_joints_are_as_correlated_as_they_are():
     process = coloured(20_000, np.random.default_rng(4))
     found = estimated(process)
     after = shrunk(found, 20_000)
     np.testing.assert_allclose(after[0], found[0], rtol=0.02)
     assert abs(after[0][0, 1]) > 0.1 * np.sqrt(after[0][0, 0] * after[0][1, 1])
-
-
-def test_a_joint_without_noise_has_no_correlation():
     noise = np.random.default_rng(5).normal(size=(400, 3)) * [1.0, 0.0, 1.0]
     assert np.all(np.isfinite(shrunk(estimated(noise), 400)))
     assert np.all(shrunk(estimated(noise[:, :1]), 400) == estimated(noise[:, :1]))
@@ -122,22 +113,24 @@ def test_noise_at_rest_is_what_the_filter_leaves(cutoff):
     np.testing.assert_allclose(found, filtered_std(noise, decimation), rtol=0.05)
 
 
-def test_noise_at_rest_sees_colour():
+def test_noise_at_rest_has_colour_and_creep_is_none():
     decimation = Decimation.at(500.0, 20.0)
     noise = coloured(60_000, np.random.default_rng(4))
     still = np.arange(len(noise)) % 3000 < 2000
     np.testing.assert_allclose(
         noise_at_rest(noise, still, decimation), filtered_std(noise, decimation), rtol=0.1
     )
-
-
-def test_creep_at_rest_is_not_noise():
     decimation = Decimation.at(500.0, 20.0)
     noise = np.random.default_rng(5).normal(size=(4000, 1))
     creep = np.linspace(0, 100, 4000)[:, None]
     still = np.arange(4000) > 500  # rest after a motion
     plain = noise_at_rest(noise, still, decimation)
     np.testing.assert_allclose(noise_at_rest(noise + creep, still, decimation), plain, rtol=1e-6)
+    decimation = Decimation.at(500.0, 20.0)
+    still = np.zeros(4000, bool)
+    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
+    still[::2] = True  # never long enough
+    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
 
 
 def test_rest_before_the_motion_is_preferred_to_the_creep_after():
@@ -150,14 +143,6 @@ def test_rest_before_the_motion_is_preferred_to_the_creep_after():
     np.testing.assert_allclose(noise_at_rest(disturbed, first | (rows > 2500), decimation), alone, rtol=1e-12)
 
 
-def test_no_rest_shows_nothing():
-    decimation = Decimation.at(500.0, 20.0)
-    still = np.zeros(4000, bool)
-    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
-    still[::2] = True  # never long enough
-    assert np.isnan(noise_at_rest(np.ones((4000, 2)), still, decimation)).all()
-
-
 def test_white_noise_above_the_cutoff_shows_that_below():
     decimation = Decimation.at(500.0, 20.0)
     random = np.random.default_rng(6)
@@ -167,9 +152,6 @@ def test_white_noise_above_the_cutoff_shows_that_below():
     np.testing.assert_allclose(
         noise_above(noise + motion, decimation), filtered_std(noise, decimation), rtol=0.05
     )
-
-
-def test_nothing_above_the_cutoff_shows_nothing():
     assert np.isnan(noise_above(np.ones((100, 2)), Decimation.at(100.0, 50.0))).all()
 
 

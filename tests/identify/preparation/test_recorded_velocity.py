@@ -9,7 +9,7 @@ from exidyn.identification.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 
-pytestmark = [pytest.mark.numerical, pytest.mark.clocked]
+pytestmark = pytest.mark.numerical
 
 RATE = 500.0
 

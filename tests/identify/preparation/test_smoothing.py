@@ -38,23 +38,14 @@ def test_it_was_recorded_up_to_where_it_was_filtered(run, cutoff):
     assert recorded_band(model(), run, smooth, RATE) == pytest.approx(cutoff, rel=NEAR)
 
 
-def test_one_joint_that_was_not_filtered_keeps_the_band(run):
-    """What is compared is one band for all joints; it is not cut for the sake of some."""
+def test_only_what_was_filtered_was_smoothed(run):
+    # What is compared is one band for all joints; it is not cut for the sake of some.
     whole = torque(model(), run)
     half = np.column_stack([low_passed(whole, 2.0)[:, 0], whole[:, 1]])
     assert recorded_band(model(), run, half, RATE) == np.inf
-
-
-def test_a_simulated_torque_has_no_noise_and_all_its_steps(run):
     assert recorded_band(model(), run, torque(model(), run), RATE) == np.inf
-
-
-def test_friction_that_turns_over_slowly_is_no_filter(run):
     truth = torque(model(Hysteresis(presliding=0.01)), run)
     assert recorded_band(model(), run, truth, RATE) == np.inf
-
-
-def test_what_has_noise_was_not_smoothed(run):
     smooth = low_passed(torque(model(), run), 2.0)
     noisy = smooth + 1e-3 * np.random.default_rng(0).normal(size=smooth.shape)
     assert recorded_band(model(), run, noisy, RATE) == np.inf

@@ -36,9 +36,7 @@ def rounded(time, step):
     ("stamps", "kind"),
     [
         (lambda time: in_bursts(time, 2), "bursts"),
-        (lambda time: in_bursts(time, 5), "bursts"),
         (lambda time: in_bursts(time, 20), "bursts"),
-        (lambda time: late(time, 0.001), "late"),
         (lambda time: late(time, 0.004), "late"),
         (lambda time: 1.7e9 + 1.0001 * late(time, 0.01), "late"),
         (lambda time: rounded(time, 0.1), "rounded to 100 ms"),
@@ -67,12 +65,9 @@ def test_true_stamps_stay(lost):
     assert regular_clock(jitter, positions(jitter)) is None
 
 
-def test_an_arm_at_rest_tells_nothing():
+def test_a_clock_that_is_unclear_is_kept_and_said():
     time = samples()
     assert regular_clock(late(time, 0.004), 0.0 * positions(time)) is None
-
-
-def test_jitter_of_which_half_is_real_is_kept_and_said():
     time = samples()
     stamps = late(time, 0.004)
     clock = regular_clock(stamps, positions(0.5 * (time + stamps)))

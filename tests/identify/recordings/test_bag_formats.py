@@ -10,6 +10,8 @@ from ...parts.runs import bags
 from ...parts.runs.bags import sent
 from ...parts.runs.runs import model
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 NAMES = ("axis2", "gripper", "axis1")
 
 
@@ -32,8 +34,7 @@ def test_a_bag_of_ros_1_is_read(tmp_path):
     require_whole(found)
 
 
-@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
-@pytest.mark.parametrize("profile", ["", "ros1", "ros2"])
+@pytest.mark.parametrize(("encoding", "profile"), [("ros1", ""), ("cdr", "ros1"), ("cdr", "ros2")])
 def test_messages_of_ros_in_mcap_are_read_whatever_the_profile(tmp_path, encoding, profile):
     path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), encoding, bags.as_ros(encoding), profile)
     [found] = import_source(path, model())
@@ -80,13 +81,6 @@ def test_a_file_without_joint_states_lists_what_it_has(tmp_path):
     path = bags.write_mcap(tmp_path / "run.mcap", sent(NAMES), "protobuf", form)
     with pytest.raises(NotAFile, match=r"no joint states .*: /joint_states \(robot.State in protobuf\)"):
         import_source(path, model())
-
-
-def test_a_bag_that_is_no_bag_is_refused_in_our_words(tmp_path):
-    pytest.importorskip("rosbags")
-    (tmp_path / "run.bag").write_text("#ROSBAG V1.2\n")
-    with pytest.raises(NotAFile, match="run.bag cannot be read as a ROS bag: "):
-        import_source(tmp_path / "run.bag", model())
 
 
 def test_a_bag_of_ros_1_whose_recorder_crashed_says_what_to_do(tmp_path):

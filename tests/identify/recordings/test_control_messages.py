@@ -9,6 +9,8 @@ from ...parts.runs import bags
 from ...parts.runs.bags import sent
 from ...parts.runs.runs import model
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 NAMES = ("axis2", "axis1")
 DYNAMIC = "control_msgs/msg/DynamicJointState"
 CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"

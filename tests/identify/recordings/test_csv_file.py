@@ -3,15 +3,10 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
-from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identification.recordings.recording import KnownPayload
-from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.runs.runs import DATA, TIME, model, motion, needs_data, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, table
 
 
 @pytest.mark.parametrize(
@@ -62,16 +57,13 @@ def test_degrees_and_motor_side_become_the_joint(tmp_path):
     np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-12)
 
 
-def test_irregular_stamps_stay_and_begin_at_zero(tmp_path):
+def test_rows_are_skipped_and_stamps_begin_at_zero(tmp_path):
     time = 1_000.0 + TIME + np.random.default_rng(0).uniform(0, 0.001, len(TIME))
     position = 0.5 * np.sin(np.outer(time, [3.0, 4.0]))
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", position, noise(), time=time)
     [found] = import_source(path, model())
     np.testing.assert_allclose(found.signals["position"].time, time - time[0], atol=1e-9)
     assert float(found.settings["first_time_stamp_s"]) == time[0]
-
-
-def test_rows_before_the_recorder_settled_can_be_skipped(tmp_path):
     time = TIME.copy()
     time[0] = 3000.0
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise(), time=time)
@@ -81,11 +73,18 @@ def test_rows_before_the_recorder_settled_can_be_skipped(tmp_path):
     assert len(found.signals["position"]) == len(TIME) - 1
 
 
-def test_joints_without_a_second_encoder_are_silent(tmp_path):
+def test_samples_and_joints_that_are_silent_stay_silent(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,ql1", motion(), noise(), motion()[:, 0])
     [found] = import_source(path, model())
     assert np.array_equal(found.signals["link_position"].values[:, 0], motion()[:, 0])
     assert np.isnan(found.signals["link_position"].values[:, 1]).all()
+    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
+    lines = path.read_text().splitlines()
+    lines[2:] = [",".join(line.split(",")[:5]) + ",," for line in lines[2:]]
+    path.write_text("\n".join(lines))
+    [found] = import_source(path, model())
+    assert len(found.signals["temperature"]) == 1
+    assert np.array_equal(found.signals["position"].values, motion())
 
 
 @pytest.mark.parametrize(
@@ -96,27 +95,21 @@ def test_joints_without_a_second_encoder_are_silent(tmp_path):
         ("t,q1,i1,i2\n0,0,0,0\n", WrongShape, "no column q2 for position. Columns: t, q1, i1, i2"),
         ("x,q1,q2,i1,i2\n0,0,0,0,0\n", WrongShape, "no column of time"),
         ("t,q1,q2\n0,0,0\n1,1,1\n", WrongShape, "needs position and one of current, torque"),
-        ("t,q1,q2,i1,i2\n0,0,0,0\n", WrongShape, "run.csv line 2: 4 cells for 5 names in line 1$"),
         (
             "t,q1,q2,i1,i2\n0,0,0,0,0\n\n.2,,0,0,0\n",
             NotFinite,
-            "run.csv: position: no number for axis1 in 1 of 2 rows, and 1 with all joints",
+            "no number for axis1 in 1 of 2 rows",
         ),
         (
             "t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n",
             NotFinite,
-            "run.csv line 3: no time stamp in column t, as in 1 of 2 rows",
+            "line 3: no time stamp in column t, as in",
         ),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "run.csv line 3: 3 cells for 5 names in line 1$"),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is not a number"),
         ("t,q1,q2,i1,i2\n0,0,1,5,0,1,0,1\n", WrongShape, "8 cells .*decimal comma need semicolons"),
         ("t,q1,q2,i1,i2\n\n0,0,0,0,0\n", NotAFile, "has one sample, in line 3"),
-        ("t,q1,q2,i1,i2\n\n", NotAFile, "has no samples"),
-        (
-            "t,q1,q2,q3,i1,i2,i3\n0,0,0,0,0,0,0\n",
-            WrongShape,
-            r"q has 3 columns for 2 joints \(axis1, axis2\): which\? .* position=q1..2, or position=q2..3",
-        ),
+        ("t,q1,q2,q3,i1,i2,i3\n0,0,0,0,0,0,0\n", WrongShape, r"which\? .* position=q1..2, or position=q2..3"),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n0.002,90,0,1,1\n", BadUnit, "looks like degrees"),
     ],
 )
@@ -146,13 +139,6 @@ def test_a_table_without_names(tmp_path, separator):
         import_source(path, model())
 
 
-def test_names_may_stand_in_a_comment_and_columns_between_spaces(tmp_path):
-    header = "t q1 q2 i1 i2"
-    np.savetxt(tmp_path / "run.txt", np.column_stack([TIME, motion(), noise()]), "%25.17g", header=header)
-    [found] = import_source(tmp_path / "run.txt", model())
-    assert np.array_equal(found.signals["current"].values, noise())
-
-
 def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,state", motion(), noise(), TIME)
     lines = path.read_text().splitlines()
@@ -163,27 +149,11 @@ def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
         import_source(path, model(), columns={"time": "state"})
 
 
-def test_samples_that_a_controller_left_empty_are_silent(tmp_path):
-    path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2,temp1,temp2", motion(), noise(), 40 + noise())
-    lines = path.read_text().splitlines()
-    lines[2:] = [",".join(line.split(",")[:5]) + ",," for line in lines[2:]]
-    path.write_text("\n".join(lines))
-    [found] = import_source(path, model())
-    assert len(found.signals["temperature"]) == 1
-    assert np.array_equal(found.signals["position"].values, motion())
-
-
 def test_a_table_cut_off_in_the_middle_of_its_compression(tmp_path):
     path = table(tmp_path / "run.csv.gz", "t,q1,q2,i1,i2", motion(), noise())
     path.write_bytes(path.read_bytes()[:500])
     with pytest.raises(NotAFile, match="cannot be read as a table"):
         import_source(path, model())
-
-
-def test_a_table_that_is_not_compressed_as_it_states(tmp_path):
-    (tmp_path / "run.csv.gz").write_text("t,q1\n")
-    with pytest.raises(NotAFile, match="cannot be read as a table"):
-        import_source(tmp_path / "run.csv.gz", model())
 
 
 def test_bad_maps_are_refused(tmp_path):
@@ -196,48 +166,3 @@ def test_bad_maps_are_refused(tmp_path):
         import_source(path, model(), columns={"current": "amps{number}"})
     with pytest.raises(RecordingError, match="give the robot too"):
         import_source(path)
-
-
-@needs_data
-def test_ur10e_currents_with_their_jitter():
-    folder = DATA / "ur10e_mamedov"
-    payload = KnownPayload("L", (("M", 2.805),))
-    path = folder / "id_ur-20_02_19_14harm50secLoad.csv.gz"
-    [found] = import_source(path, read_model(folder / "ur10e.urdf"), payload=payload)
-    assert set(found.signals) == {"position", "velocity", "current"}
-    assert found.signals["position"].values.shape == (5307, 6)
-    assert found.signals["position"].period == pytest.approx(0.010)
-    assert np.ptp(np.diff(found.signals["position"].time)) > 0
-    assert found.payload == payload
-    assert found.warnings == ()
-
-
-@needs_data
-def test_kr300_torques_come_to_the_joint_and_three_joints_have_a_second_encoder():
-    folder = DATA / "kuka_kr300_weigand"
-    gears = np.array([256.857, 267.429, 252.333, 221, 239.619, 154.323])
-    described = read_model(folder / "kr300.urdf")
-    robot = Robot("kr300", described.robot.kinematics, described.robot.limits, gear_ratio=gears)
-    path = folder / "2020-10-21_A.csv.gz"
-    [found] = import_source(path, Model(robot, described.effects), motor_side=["torque"])
-    raw = np.genfromtxt(path, delimiter=",", names=True)
-    np.testing.assert_allclose(found.signals["torque"].values[:, 1], raw["tau2"] * gears[1])
-    assert np.array_equal(found.signals["position"].values[:, 4], raw["q5"])
-    second = found.signals["link_position"].values
-    assert np.isfinite(second[:, :3]).all()
-    assert np.isnan(second[:, 3:]).all()
-
-
-@needs_data
-def test_panda_keeps_its_stamps_and_reports_it(tmp_path):
-    folder = DATA / "panda_gaz"
-    [found] = import_source(folder / "traj1.csv.gz", read_model(folder / "panda.urdf"))
-    assert len(found.signals["torque"]) == 20544
-    clock, gaps = found.warnings[:2]
-    assert "Their clock is unclear: they are kept" in clock
-    assert "longest 8.800 ms" in gaps
-    write_recording(found, tmp_path / "panda.mcap")
-    read = read_recording(tmp_path / "panda.mcap")
-    assert np.array_equal(read.signals["torque"].values, found.signals["torque"].values)
-    assert np.array_equal(read.signals["torque"].time, found.signals["torque"].time)
-    assert read.warnings == found.warnings

@@ -1,7 +1,5 @@
 """Every parser reads a damaged file or refuses it in one line; nothing else comes out of it."""
 
-import warnings
-
 import pytest
 
 from exidyn.drivers.errors import BadSettings
@@ -11,19 +9,19 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.urdf import parse_urdf
 
 from ...parts.fuzz import fuzz
-from ...parts.fuzz.fuzz_parsers import PARSERS, Parser
+from ...parts.fuzz.fuzz_parsers import PARSERS
 from ...parts.runs import parser_files
 from ...parts.small import two_joints
 
 pytestmark = pytest.mark.slow
 
-INPUTS = 150
-"""Of each parser, fewer of a slow one, so that all take a minute; the benchmark tries more."""
+INPUTS = 40
+"""Of each parser, fewer of a slow one; the benchmark tries more."""
 
 
 @pytest.mark.parametrize("name", PARSERS)
 def test_damaged_files_are_read_or_refused_in_one_line(name, tmp_path):
-    count = INPUTS // PARSERS[name].slow
+    count = max(INPUTS // PARSERS[name].slow, 8)
     outcome = fuzz.fuzz(name, count, tmp_path / "input")
     assert not outcome.failures
     assert outcome.inputs == count
@@ -39,35 +37,6 @@ def test_valid_files_are_read(name, tmp_path):
         content = chosen.finish(chosen.files[chosen.name])
         parser_files.write({**chosen.files, chosen.name: content}, folder)
         PARSERS[name].read(folder, chosen.name)
-
-
-def raising(error):
-    def read(folder, name):
-        if isinstance(error, Warning):
-            warnings.warn(error, stacklevel=1)
-        else:
-            raise error
-
-    return Parser(PARSERS["URDF"].damages, read)
-
-
-@pytest.mark.parametrize(
-    "error", [ValueError("bare"), RuntimeWarning("overflow"), MemoryError(), fuzz.Hang()]
-)
-def test_whatever_is_no_error_for_the_user_is_a_failure(error, tmp_path, monkeypatch):
-    monkeypatch.setitem(PARSERS, "URDF", raising(error))
-    outcome = fuzz.fuzz("URDF", 3, tmp_path / "input")
-    assert [seed for seed, _ in outcome.failures] == [0, 1, 2]
-    assert type(error).__name__ in outcome.failures[0][1]
-
-
-def test_a_seed_always_makes_the_same_input(tmp_path):
-    contents = []
-    for _ in range(2):
-        name = fuzz.damage("fit.json", 5, tmp_path / "input")
-        contents.append((tmp_path / "input" / name).read_bytes())
-    assert contents[0] == contents[1]
-    assert contents[0] != parser_files.fit_bytes()
 
 
 @pytest.mark.parametrize("number", ["99999999999999999999", "-99999999999999999999", "0x" + "f" * 5000])
@@ -98,16 +67,13 @@ def test_counts_and_columns_of_a_trace_are_whole_numbers(code, value, tmp_path):
         import_source(tmp_path / "trace", two_joints.model())
 
 
-def test_a_message_is_one_line_of_bounded_length():
+def test_messages_are_one_line_and_lists_show_what_is_most_alike():
     for kind in (ExidynError, BadSettings):
         text = str(kind(f"robot.toml: expected a number;\n found {'9' * 5000}\x1b[31m. Give one"))
         assert len(text) <= fuzz.LONGEST - len(fuzz.COMMAND)
         assert text.startswith("robot.toml: expected a number; found 999")
         assert text.endswith("\\x1b[31m. Give one")
     assert str(ExidynError("short")) == "short"
-
-
-def test_a_long_list_shows_what_is_most_alike():
     names = [f"parameter_{k}" for k in range(100)]
     text = listed(names, "parameter_77")
     assert text.startswith("parameter_77, ")

@@ -54,13 +54,6 @@ def test_an_own_file_is_read_as_it_is(tmp_path):
     assert np.array_equal(found.signals["current"].values, noise())
 
 
-@pytest.mark.parametrize("name", IMPORTERS)
-def test_every_format_has_a_line_that_fits_the_terminal(name):
-    entry = IMPORTERS[name]
-    assert ":" in entry.content
-    assert len(entry.content) <= 67  # behind the longest name
-
-
 def test_joints_are_named_one_each(tmp_path):
     path = table(tmp_path / "run.csv", "t,a_q,b_q,a_i,b_i", motion(), noise())
     columns = {"position": "{joint}_q", "current": "{joint}_i"}

@@ -12,8 +12,6 @@ from exidyn.identification.recordings.mcap.mcap_file import read_recording, writ
 
 from ...parts.runs.runs import TIME, model, motion, noise
 
-pytestmark = pytest.mark.clocked
-
 
 def trace(
     path: Path, period: float, channels: list[tuple], layout: str = "BLOCK", german: bool = True, cut: int = 0
@@ -60,8 +58,7 @@ def write_traces(
     return position, current, torque, kelvin
 
 
-@pytest.mark.parametrize("layout", ["BLOCK", "CHANNEL"])
-@pytest.mark.parametrize("german", [True, False])
+@pytest.mark.parametrize(("layout", "german"), [("BLOCK", True), ("CHANNEL", False)])
 def test_kuka_traces_of_all_drives_are_one_run(tmp_path, layout, german):
     position, current, torque, kelvin = write_traces(tmp_path, layout, german)
     [found] = import_source(tmp_path, model())

@@ -14,7 +14,6 @@ from exidyn.identification.errors import (
     NotFinite,
     NotRecorded,
     RecordingError,
-    UnknownKey,
     WrongShape,
 )
 from exidyn.identification.model import Model
@@ -23,8 +22,6 @@ from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identification.recordings.recording_checks import check, check_recorded
 from exidyn.identification.recordings.units import joint_side
-
-pytestmark = pytest.mark.clocked
 
 TIME = np.arange(1000) * 0.002
 
@@ -63,21 +60,27 @@ def recording(limit: float = 3.0, time=TIME, host_time=None, **signals) -> Recor
     )
 
 
-def test_a_good_recording_has_no_warnings():
+def test_a_good_run_has_no_warnings_and_a_stopped_one_says_so():
     assert check(recording()).warnings == ()
+    stopped = replace(recording(), outcome={"stop": "position", "text": "joint1 is at its limit"})
+    assert check(stopped).warnings == ("was stopped early, after 2 s: joint1 is at its limit",)
+    assert (
+        check(replace(stopped, outcome={"stop": "none", "text": "the motion came to its end"})).warnings == ()
+    )
+    [warning] = check(recording(limit=0.3)).warnings[:1]
+    assert "joint1 goes 0.2 rad or m beyond its limits" in warning
 
 
-def test_signal_times_are_whole_nanoseconds_and_read_only():
+def test_signals_have_whole_nanoseconds_and_a_rate():
     signal = Signal(np.array([0.1 + 1e-12, 0.3]), np.zeros((2, 1)))
     assert signal.time[0] == 0.1
     with pytest.raises(ValueError, match="read-only"):
         signal.values[0] = 1.0
-
-
-def test_signal_does_not_freeze_the_array_it_was_given():
-    values = np.zeros((2, 1))
-    Signal(np.arange(2), values)
-    values[0] = 1.0
+    time = TIME[np.arange(len(TIME)) % 4 != 0]
+    signal = Signal(time, np.zeros((len(time), 1)))
+    assert signal.rate == pytest.approx(0.75 / 0.002, rel=2e-3)
+    assert Signal(TIME, np.zeros((len(TIME), 1))).rate == pytest.approx(500.0)
+    assert signal[:1].rate == 0.0
 
 
 @pytest.mark.parametrize(("time", "values"), [(np.zeros(3), np.zeros((2, 1))), (np.zeros(2), np.zeros(2))])
@@ -86,26 +89,19 @@ def test_signal_refuses_shapes_that_do_not_fit(time, values):
         Signal(time, values)
 
 
-def test_wrong_number_of_columns_names_the_joints():
-    with pytest.raises(
-        WrongShape, match="position has 2 columns, but small has 3 joints: joint1, joint2, joint3"
-    ):
-        recording(position=motion()[:, :2])
-
-
-def test_unknown_signal_lists_the_valid_ones():
-    with pytest.raises(WrongShape, match="unknown signals speed. Valid: position, velocity"):
-        recording(speed=motion())
-
-
-def test_position_and_an_effort_are_needed():
+@pytest.mark.parametrize(
+    ("signals", "words"),
+    [
+        ({"position": motion()[:, :2]}, "has 2 columns, but small has 3 joints: joint1, joint2, joint3"),
+        ({"speed": motion()}, "unknown signals speed. Valid: position, velocity"),
+        ({"host_time": np.arange(10)}, "host_time has shape"),
+    ],
+)
+def test_what_is_no_recording_is_refused(signals, words):
+    with pytest.raises(WrongShape, match=words):
+        recording(**signals)
     with pytest.raises(WrongShape, match="needs position and one of current, torque; it has position"):
         Recording("run", model(), {"position": Signal(TIME, motion())})
-
-
-def test_host_time_needs_one_stamp_a_position():
-    with pytest.raises(WrongShape, match="host_time has shape"):
-        recording(host_time=np.arange(10))
 
 
 def test_payload_refuses_unknown_parameters():
@@ -113,13 +109,30 @@ def test_payload_refuses_unknown_parameters():
         KnownPayload("L", (("mass", 175.0),))
 
 
-def test_nan_in_between_is_an_error_with_its_place():
+def with_a_hole():
     position = motion()
     position[500:503, 1] = np.nan
-    with pytest.raises(
-        NotFinite, match=r"position of joint2 is not finite in 3 of 1000 samples, first at 1\.000 s"
-    ):
-        check(recording(position=position))
+    return position
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "words"),
+    [
+        (
+            {"position": with_a_hole()},
+            NotFinite,
+            r"joint2 is not finite in 3 of 1000 samples, first at 1\.000",
+        ),
+        ({"time": 1000 * TIME}, BadUnit, "would be 500 Hz: import it with exidyn import --time-scale 0.001"),
+        ({"position": motion() + [90.0, 0.0, 0.0]}, BadUnit, "joint1 is at 90.*like degrees: .*degrees=True"),
+        ({"position": motion() * [1.0, 1.0, 1000.0]}, BadUnit, "joint3 is at .* m, .*looks like millimetres"),
+        ({"temperature": np.full((1000, 3), 310.0)}, BadUnit, "looks like kelvin: subtract 273.15"),
+    ],
+    ids=["a hole", "milliseconds", "degrees", "millimetres", "kelvin"],
+)
+def test_what_cannot_have_been_recorded_is_refused_with_its_place(changed, error, words):
+    with pytest.raises(error, match=words):
+        check(recording(**changed))
 
 
 def test_a_joint_that_was_never_measured_may_be_nan_where_it_is_optional():
@@ -150,29 +163,21 @@ def test_time_must_increase(step):
         check(recording(time=time))
 
 
-def test_time_in_milliseconds_is_recognised():
-    with pytest.raises(
-        BadUnit, match="comes every 2 s.*would be 500 Hz: import it with exidyn import --time-scale 0.001"
-    ):
-        check(recording(time=TIME * 1000))
-
-
-def test_gaps_are_counted_once_for_all_signals_that_share_their_stamps():
+def test_gaps_are_counted_once_for_signals_that_share_them():
     time = TIME.copy()
     time[500:] += 0.1
     time[700:] += 0.004
     [warning] = check(moved(time)).warnings
     assert warning.startswith("position, current: 2 gaps")
     assert "median periods of 2.000 ms, the longest 102.000 ms, the first at 0.998 s" in warning
-
-
-def test_gaps_that_signals_share_without_their_stamps_are_reported_once():
     time = TIME.copy()
     time[500:] += 0.1
     found = moved(time)
     shorter = {**found.signals, "current": found.signals["current"][:-1]}
     [warning] = check(replace(found, signals=shorter)).warnings
     assert warning.startswith("position, current: 1 gap of")
+    jitter = np.random.default_rng(0).uniform(-0.0004, 0.0004, len(TIME))
+    assert check(moved(TIME + jitter)).warnings == ()
 
 
 def test_gaps_are_reported_once_of_a_recording_of_which_a_part_was_lost():
@@ -187,72 +192,19 @@ def test_gaps_are_reported_once_of_a_recording_of_which_a_part_was_lost():
     assert check(whole).warnings == whole.warnings
 
 
-def test_rate_is_that_of_all_samples_where_many_are_missing():
-    time = TIME[np.arange(len(TIME)) % 4 != 0]
-    signal = Signal(time, np.zeros((len(time), 1)))
-    assert signal.rate == pytest.approx(0.75 / 0.002, rel=2e-3)
-    assert Signal(TIME, np.zeros((len(TIME), 1))).rate == pytest.approx(500.0)
-    assert signal[:1].rate == 0.0
-
-
-def test_jitter_below_a_sample_is_no_gap():
-    jitter = np.random.default_rng(0).uniform(-0.0004, 0.0004, len(TIME))
-    assert check(moved(TIME + jitter)).warnings == ()
-
-
-def test_a_joint_at_90_rad_looks_like_degrees():
-    position = motion()
-    position[:, 0] += 90.0
-    with pytest.raises(BadUnit, match="joint1 is at 90.*looks like degrees: .*degrees=True"):
-        check(recording(position=position))
-
-
-def test_a_joint_without_limits_may_turn_a_few_times_but_not_at_90_rad():
+def test_a_drive_turns_as_far_and_as_fast_as_its_robot_file_lets_it():
     position = motion()
     position[:, 0] += 30.0
     assert check(recording(limit=np.inf, position=position)).warnings == ()
     position[:, 0] += 60.0
     with pytest.raises(BadUnit, match="looks like degrees"):
         check(recording(limit=np.inf, position=position))
-
-
-def test_small_motions_in_degrees_are_recognised_by_their_speed():
-    with pytest.raises(BadUnit, match="joint1 turns at .* rad/s"):
-        check(recording(limit=np.inf, position=np.degrees(motion()) * [1.0, 1.0, 0.01]))
-
-
-def test_a_joint_whose_limit_of_speed_is_higher_may_turn_faster():
-    run = recording(limit=np.inf, position=np.degrees(motion()) * [1.0, 1.0, 0.01])
-    robot = run.model.robot
-    fast = replace(robot, limits=replace(robot.limits, velocity=np.full(3, 200.0)))
-    assert check(replace(run, model=replace(run.model, robot=fast))).warnings == ()
-    slow = replace(robot, limits=replace(robot.limits, velocity=np.full(3, 30.0)))
-    with pytest.raises(BadUnit, match="at most 45 rad/s is possible"):
-        check(replace(run, model=replace(run.model, robot=slow)))
-
-
-def test_a_drive_turns_as_fast_as_its_robot_file_lets_it():
     fast = recording(limit=np.inf, position=60.0 * motion() * [1.0, 0.0, 0.0])
     with pytest.raises(BadUnit, match="at most 20 rad/s is possible.*limits. velocity"):
         check(fast)
     robot = fast.robot
     limits = replace(robot.limits, velocity=np.full(robot.dof, 200.0))
     assert not check(replace(fast, model=replace(fast.model, robot=replace(robot, limits=limits)))).warnings
-
-
-def test_a_slide_in_millimetres_is_recognised():
-    with pytest.raises(BadUnit, match="joint3 is at .* m, .*looks like millimetres"):
-        check(recording(position=motion() * [1.0, 1.0, 1000.0]))
-
-
-def test_positions_beyond_the_limits_give_a_warning():
-    [warning] = check(recording(limit=0.3)).warnings[:1]
-    assert "joint1 goes 0.2 rad or m beyond its limits" in warning
-
-
-def test_temperature_in_kelvin_is_recognised():
-    with pytest.raises(BadUnit, match="looks like kelvin: subtract 273.15"):
-        check(recording(temperature=np.full((len(TIME), 3), 310.0)))
 
 
 def with_drives(gain, limit):
@@ -286,20 +238,12 @@ def test_what_exidyn_recorded_itself_is_warned_of():
     assert any("its limit is 200" in warning for warning in check_recorded(run).warnings)
 
 
-def test_clipped_currents_give_a_warning_joint_by_joint():
+def test_currents_that_are_clipped_or_constant_give_a_warning():
     current = np.round(3.0 * motion() + 0.05 * noise(), 2)
     current[:, 1] = np.clip(current[:, 1], -1.2, 1.2)
     warnings = check(recording(current=current)).warnings
     assert len(warnings) == 2
     assert all("current: joint2 is at exactly" in warning and "clipped" in warning for warning in warnings)
-
-
-@pytest.mark.parametrize("resolution", [1e-1, 1e-2, 1e-3])
-def test_the_crest_of_a_smooth_quantised_current_is_not_clipping(resolution):
-    assert check(recording(current=np.round(3.0 * motion() / resolution) * resolution)).warnings == ()
-
-
-def test_constant_current_gives_a_warning():
     current = noise()
     current[:, 2] = 0.25
     assert check(recording(current=current)).warnings == (
@@ -307,9 +251,9 @@ def test_constant_current_gives_a_warning():
     )
 
 
-def test_checking_twice_does_not_repeat_warnings():
-    once = check(recording(limit=0.3))
-    assert check(once).warnings == once.warnings
+@pytest.mark.parametrize("resolution", [1e-1, 1e-2, 1e-3])
+def test_the_crest_of_a_smooth_quantised_current_is_not_clipping(resolution):
+    assert check(recording(current=np.round(3.0 * motion() / resolution) * resolution)).warnings == ()
 
 
 def test_degrees_leave_slides_alone(tmp_path):
@@ -323,7 +267,7 @@ def test_degrees_leave_slides_alone(tmp_path):
     assert np.array_equal(turned.signals["current"].values, noise(1))
 
 
-def test_motor_side_keeps_the_power():
+def test_a_motor_side_keeps_the_power_and_needs_gears():
     coupling = np.array([[1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.0, -0.2, 1.0]])
     arm = model(gear_ratio=np.array([100.0, -50.0, 20.0]), coupling=coupling)
     motor = {"position": motion(), "velocity": noise(1), "torque": noise(2)}
@@ -336,17 +280,9 @@ def test_motor_side_keeps_the_power():
     turned = after["position"].values @ coupling.T * arm.robot.gear_ratio
     np.testing.assert_allclose(turned, motor["position"], atol=1e-12)
     assert np.array_equal(joint_side(before, ["torque"]).signals["velocity"].values, motor["velocity"])
-
-
-def test_motor_side_needs_gears():
     with pytest.raises(RecordingError, match=r"gear ratio 1 on every joint; give \[drive\] gear_ratio"):
         joint_side(recording(), ["torque"])
     assert joint_side(recording(), False).signals.keys() == recording().signals.keys()
-
-
-def test_motor_side_lists_what_can_be():
-    with pytest.raises(UnknownKey, match="unknown key .temperature.. Valid keys: command, position"):
-        joint_side(recording(), ["temperature"])
 
 
 @pytest.mark.parametrize("value", [0.0, 0.25])
@@ -356,11 +292,3 @@ def test_efforts_that_never_change_were_not_measured(value):
     assert dead.warnings == (f"current: {words}",)
     with pytest.raises(NotRecorded, match=words):
         check_alive(dead)
-
-
-def test_a_run_that_was_stopped_says_so():
-    stopped = replace(recording(), outcome={"stop": "position", "text": "joint1 is at its limit"})
-    assert check(stopped).warnings == ("was stopped early, after 2 s: joint1 is at its limit",)
-    assert (
-        check(replace(stopped, outcome={"stop": "none", "text": "the motion came to its end"})).warnings == ()
-    )

@@ -12,8 +12,6 @@ from exidyn.identification.recordings.tables.written import TABLES, columns_of, 
 from ...parts.runs.full_run import recording as full_run
 from ...parts.runs.runs import TIME, model, motion, noise
 
-pytestmark = pytest.mark.clocked
-
 
 def two_rates() -> Recording:
     """Slow temperatures, currents between the positions, and a second encoder on one joint."""
@@ -30,7 +28,7 @@ def two_rates() -> Recording:
 
 @pytest.mark.parametrize("form", TABLES)
 @pytest.mark.parametrize("run", [two_rates(), full_run()], ids=["two rates", "every signal"])
-def test_a_table_is_read_again_as_it_was_written(tmp_path, form, run):
+def test_a_table_is_read_again_as_it_was_written(tmp_path, form, run, in_process):
     if form == "parquet":
         pytest.importorskip("pyarrow")
     (tmp_path / f"run.{form}").write_bytes(TABLES[form](run))

@@ -22,9 +22,13 @@ def test_full_turns_are_undone(turn):
     np.testing.assert_allclose(np.diff(restored.values), np.diff(angle), atol=1e-9)
 
 
-def test_smooth_and_noisy_angles_stay():
+def test_angles_and_signs_that_were_not_lost_stay():
     assert unwrapped(np.sin(TIME)) is None
     assert unwrapped(np.random.default_rng(1).normal(size=500) * 10.0) is None
+    counts = np.round(SWING)
+    restored = signed(np.where(counts < 0, 1024 - counts, counts))
+    assert restored is not None
+    np.testing.assert_array_equal(restored.values, counts)
 
 
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 2.69e-3])
@@ -35,13 +39,6 @@ def test_sign_of_a_register_is_restored(bits, scale):
     assert restored is not None
     np.testing.assert_allclose(restored.values, scale * counts, rtol=1e-6, atol=scale * 1e-3)
     assert f"{bits} bits" in restored.fact
-
-
-def test_bit_of_the_sign_is_restored():
-    counts = np.round(SWING)
-    restored = signed(np.where(counts < 0, 1024 - counts, counts))
-    assert restored is not None
-    np.testing.assert_array_equal(restored.values, counts)
 
 
 @pytest.mark.parametrize("values", [SWING, np.abs(np.round(SWING)), np.round(SWING) + 2000.0, np.zeros(500)])

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile, NotRecorded, RecordingError
-from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import import_source, kind_of
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 
 from ...parts.runs.runs import TIME, model, motion, noise
+
+pytestmark = pytest.mark.usefixtures("in_process")
 
 
 def write_bag(
@@ -60,17 +61,10 @@ def test_a_bag_is_read_by_the_names_of_the_joints(tmp_path, storage):
     assert found.signals["current"].time[0] == 500e-9
 
 
-def test_a_bags_own_file_is_enough(tmp_path):
-    for storage, ending in (("mcap", "*.mcap"), ("sqlite3", "*.db3")):
-        write_bag(tmp_path / storage, storage)
-        [file] = (tmp_path / storage).glob(ending)
-        [found] = import_source(file, model())
-        assert np.array_equal(found.signals["position"].values, motion())
-
-
 def test_a_file_that_has_lost_its_metadata_is_read(tmp_path):
     write_bag(tmp_path / "bag", "sqlite3")
     [file] = (tmp_path / "bag").glob("*.db3")
+    assert np.array_equal(import_source(file, model())[0].signals["position"].values, motion())
     [found] = import_source(file.rename(tmp_path / "run.db3"), model())
     assert np.array_equal(found.signals["position"].values, motion())
     assert np.array_equal(found.signals["torque"].values, noise())
@@ -180,11 +174,6 @@ def test_the_order_of_joints_may_change_from_message_to_message(tmp_path):
         assert np.array_equal(found.signals["torque"].values[:, place], moves("/joint_states", joint, 2))
 
 
-def test_all_joints_of_a_bag_are_named(tmp_path):
-    write_arms(tmp_path / "bag", {"/joint_states": TWO_ARMS})
-    assert sorted(joints_of_bag(tmp_path / "bag")) == sorted(name for names in TWO_ARMS for name in names)
-
-
 @pytest.mark.parametrize("stamp", [-1, 2**63 - 1])
 def test_a_time_stamp_that_no_clock_shows_is_refused(tmp_path, stamp):
     write_bag(tmp_path / "bag", "sqlite3")
@@ -194,14 +183,3 @@ def test_a_time_stamp_that_no_clock_shows_is_refused(tmp_path, stamp):
     with pytest.raises(RecordingError, match="time"):
         write_recording(import_source(tmp_path / "bag", model())[0], tmp_path / "run.mcap")
     assert not (tmp_path / "run.mcap").exists()
-
-
-def test_a_bag_without_efforts_is_refused_with_that_word(tmp_path):
-    write_bag(tmp_path / "bag", "sqlite3", effort=False)
-    [file] = (tmp_path / "bag").glob("*.db3")
-    with closing(sqlite3.connect(file)) as bag, bag:
-        bag.execute(
-            "DELETE FROM messages WHERE topic_id = (SELECT id FROM topics WHERE name = '/motor_current')"
-        )
-    with pytest.raises(NotRecorded, match="no efforts: the field effort of all 200 joint states is"):
-        import_source(tmp_path / "bag", model())

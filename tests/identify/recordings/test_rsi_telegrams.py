@@ -86,20 +86,17 @@ def test_the_clock_may_begin_again(tmp_path, first):
     require_whole(import_source(write(tmp_path / "rsi.log", lines), model(6))[0])
 
 
-def test_telegrams_that_are_repeated_or_overtaken_are_put_in_order(tmp_path):
+def test_telegrams_are_put_in_order_but_not_those_of_a_second_run(tmp_path):
     lines = telegrams()
     lines[10], lines[11] = lines[11], lines[10]
     lines[50:50] = [lines[50], lines[50]]
     require_whole(import_source(write(tmp_path / "rsi.log", lines), model(6))[0])
-
-
-def test_a_second_run_in_the_file_is_no_late_telegram(tmp_path):
     path = write(tmp_path / "rsi.log", [*telegrams(clock=900_000), *telegrams()])
     with pytest.raises(BadTime):
         import_source(path, model(6))
 
 
-def test_damaged_telegrams_are_left_out_and_counted(tmp_path):
+def test_damaged_telegrams_are_left_out_counted_or_refused(tmp_path):
     lines = telegrams()
     lines[6] = lines[6][:60]
     lines[7] = lines[7].replace('A3="', 'A3="x')
@@ -108,9 +105,6 @@ def test_damaged_telegrams_are_left_out_and_counted(tmp_path):
     [found] = import_source(write(tmp_path / "rsi.log", lines), model(6))
     assert len(found.signals["position"]) == COUNT - 4
     assert found.warnings[0] == f"3 of {COUNT} telegrams are damaged and left out, the first in line 7"
-
-
-def test_a_file_of_damaged_telegrams_is_refused(tmp_path):
     path = write(tmp_path / "rsi.log", [line.replace("</Rob>", "") for line in telegrams()])
     with pytest.raises(NotAFile, match=f"0 telegrams of RSI, .* can be read, and {COUNT} are damaged"):
         import_source(path, model(6))
@@ -122,16 +116,13 @@ def test_torques_take_the_place_of_currents(tmp_path):
     )
 
 
-def test_telegrams_without_currents_say_what_to_add(tmp_path):
+def test_telegrams_without_currents_or_axes_say_what_to_add(tmp_path):
     path = write(tmp_path / "rsi.log", telegrams(current=""))
     with pytest.raises(NotRecorded, match=r"neither motor currents .* present: AIPos. .*: DEF_MACur in SEND"):
         import_source(path, model(6))
-
-
-def test_telegrams_without_axes_say_what_to_add(tmp_path):
-    lines = [line.replace("AIPos", "RIst") for line in telegrams()]
+    path = write(path, [line.replace("AIPos", "RIst") for line in telegrams()])
     with pytest.raises(NotRecorded, match=r"no positions of the axes \(AIPos\).*: DEF_AIPos in SEND"):
-        import_source(write(tmp_path / "rsi.log", lines), model(6))
+        import_source(path, model(6))
 
 
 def test_commands_and_a_rail_are_read(tmp_path):

@@ -12,8 +12,6 @@ from exidyn.identification.recordings.recording import Event, Timing
 
 from ...parts.runs.full_run import recording
 
-pytestmark = pytest.mark.clocked(patient=True)
-
 TIME = np.arange(100) * 0.002
 
 
@@ -38,18 +36,15 @@ def test_events_timing_and_outcome_are_read_as_they_were_written(tmp_path):
         assert np.array_equal(getattr(read.timing, name), getattr(timing(), name))
 
 
-def test_a_recording_without_them_has_none(tmp_path):
+def test_a_recording_without_events_has_none_and_timing_has_one_value_a_cycle(tmp_path):
     write_recording(recording(), tmp_path / "run.mcap")
     read = read_recording(tmp_path / "run.mcap")
     assert (read.events, read.timing, dict(read.outcome)) == ((), None, {})
-
-
-def test_timing_needs_one_value_a_cycle():
     with pytest.raises(WrongShape, match=r"skipped has shape \(99,\)"):
         Timing(TIME, np.zeros(100), np.zeros(99), np.zeros(100))
 
 
-@pytest.mark.parametrize("cut", range(4, 60, 7))
+@pytest.mark.parametrize("cut", [4, 25, 53])
 def test_a_damaged_event_raises_nothing_but_value_errors(cut):
     whole = cdr.log_message(1_500_000_000, cdr.WARN, "name", "text", "{}")
     assert cdr.read_log(whole) == cdr.LogMessage(1_500_000_000, cdr.WARN, "name", "text", "{}")

@@ -43,12 +43,9 @@ def test_each_run_is_a_recording(tmp_path, start, between, words):
         )
 
 
-def test_a_recorder_may_begin_several_times(tmp_path):
+def test_a_recorder_may_begin_several_times_or_once(tmp_path):
     runs = import_source(file(tmp_path, TIME, TIME, TIME), model())
     assert [run.name for run in runs] == ["log_1", "log_2", "log_3"]
     assert "time begins anew at line 202; time begins anew at line 402" in runs[0].warnings[0]
-
-
-def test_one_run_stays_one(tmp_path):
     [run] = import_source(table(tmp_path / "log.csv", HEADER, motion(), noise()), model())
     assert (run.name, run.warnings) == ("log", ())

@@ -1,15 +1,12 @@
 """Logs of position servos without current: their error takes its place."""
 
-import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exidyn.identification.arm.robot import PositionServo
 from exidyn.identification.errors import RecordingError, RobotError, WrongShape
-from exidyn.identification.fit.identification import identify
 from exidyn.identification.in_mujoco.replay import Run
 from exidyn.identification.measurements import TimeDelay
 from exidyn.identification.preparation.prepare import Filtering
@@ -18,11 +15,9 @@ from exidyn.identification.recordings.mcap.mcap_file import read_recording, writ
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.servo_error import LAW, delayed_command, servo_words, with_servo_error
 from exidyn.identification.recordings.tables.written import columns_of
-from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
+from exidyn.identification.robot_files.robot_file import model_text, parse_model
 
 from ...parts.small.two_joint_files import NOMINAL
-
-BAM = Path(os.environ.get("EXIDYN_DATA", "../shared/data")) / "bam_xl330"
 
 
 def test_what_is_left_to_the_command_stands_for_the_current(tmp_path):
@@ -132,17 +127,3 @@ def test_a_replay_gives_commands_when_the_servos_received_them():
 def test_wrong_servos_are_refused(keys, words):
     with pytest.raises(RobotError, match=words):
         parse_model(model_text(NOMINAL).replace("[drive]\n", f"[drive]\n{keys}\n"))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not BAM.exists(), reason=f"no {BAM}")
-def test_commands_alone_give_the_model_that_duty_gives():
-    """The servo's law is duty = kp / 256 x error in counts, 4096 a turn, of which 885 are all."""
-    model, by_duty, by_command = read_model(BAM / "robot.toml"), [], []
-    for kp in (100, 200, 400):
-        log, counts = BAM / f"kp{kp}_sin_sin.csv.gz", kp / 256.0 * 4096.0 / (2.0 * np.pi)
-        by_duty += import_source(log, model)
-        by_command += import_source(log, model, effort="command", servo_gain=counts, servo_limit=885.0)
-    duty, command = identify(by_duty), identify(by_command)
-    assert duty.names == command.names
-    np.testing.assert_allclose(command.estimate.values, duty.estimate.values, rtol=0.02)

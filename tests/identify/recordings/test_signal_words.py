@@ -9,11 +9,12 @@ from exidyn.identification.recordings.tables.name_index import UNITS_ONLY, WORDS
 
 from ...parts.small import two_joints
 
+PATTERNS = ("{joint}_{word}", "{word}_{joint}", "{word}{number}")
+NAMED = [(signal, word) for signal, words in WORDS.items() for word in sorted(words - UNITS_ONLY)]
 
-@pytest.mark.parametrize("pattern", ["{joint}_{word}", "{word}_{joint}", "{word}{number}"])
+
 @pytest.mark.parametrize(
-    ("signal", "word"),
-    [(signal, word) for signal, words in WORDS.items() for word in sorted(words - UNITS_ONLY)],
+    ("signal", "word", "pattern"), [(*pair, PATTERNS[place % 3]) for place, pair in enumerate(NAMED)]
 )
 def test_every_word_names_its_signal(tmp_path, pattern, signal, word):
     model, time = two_joints.model(), np.arange(0.0, 1.0, 0.01)

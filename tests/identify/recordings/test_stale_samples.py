@@ -15,8 +15,6 @@ from exidyn.identification.simulation.simulate import simulate
 
 from ...parts.small import two_joints
 
-pytestmark = pytest.mark.clocked(patient=True)
-
 SHARE = 0.005
 """Of samples in which a joint is silent."""
 

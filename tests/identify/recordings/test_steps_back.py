@@ -25,28 +25,19 @@ def test_two_sources_are_told_by_values_that_jump_away_and_back(every):
     assert advice(*mixed(every)).startswith("Rows of two sources seem mixed")
 
 
-def test_the_second_source_may_be_of_another_clock():
+def test_advice_by_what_the_stamps_show():
     time, values = mixed(1)
     time[1::2] += 5.0
     assert advice(time, values).startswith("Rows of two sources")
-
-
-def test_stamps_that_were_given_twice_are_of_one_source():
     time = TIME.copy()
     time[7::7] = time[6::7][: len(time[7::7])]
     assert len(steps_back(time)) == 142
     assert advice(time, MOTION) == Remedy.SORT.value
-
-
-def test_a_second_run_in_one_file_is_no_second_source():
     assert advice(np.tile(TIME, 2), np.concatenate([MOTION, MOTION[::-1]])) == Remedy.CUT.value
     assert (
         advice(np.tile(TIME, 5), np.tile(MOTION, (5, 1)) + np.repeat(np.arange(5), 1000)[:, None])
         == Remedy.CUT.value
     )
-
-
-def test_rows_before_the_recorder_settled_are_skipped():
     time = TIME.copy()
     time[0] = 3.0
     assert advice(time[1:], MOTION[1:]) == Remedy.SORT.value

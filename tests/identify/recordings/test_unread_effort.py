@@ -17,25 +17,16 @@ def effort(kept: float) -> np.ndarray:
     return found
 
 
-def test_an_effort_that_reads_zero_in_most_samples_is_unread():
+def test_efforts_are_unread_where_most_samples_of_a_moving_joint_are_zero():
     share = unread(TIME, POSITION, effort(0.1))
     assert share[0] == pytest.approx(0.9, abs=0.03)
     assert share[1] == 0.0
-
-
-def test_an_effort_that_reads_zero_in_some_samples_is_read():
     assert not unread(TIME, POSITION, effort(0.6)).any()
-
-
-def test_a_joint_at_rest_may_have_one_effort():
     still = POSITION.copy()
     still[:600] = still[600]
     held = effort(1.0)
     held[:600] = 3.0
     assert not unread(TIME, still, held).any()
-
-
-def test_a_few_samples_say_nothing():
     assert not unread(TIME[:40], POSITION[:40], np.zeros((40, 2))).any()
 
 

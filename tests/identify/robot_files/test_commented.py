@@ -2,7 +2,6 @@
 
 import pytest
 
-from exidyn.identification.effects import KinematicCoupling, StribeckFriction
 from exidyn.identification.robot_files.commented import commented_text
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
@@ -31,10 +30,3 @@ def test_values_are_named_with_their_units():
     assert "# Nominal values of Kr [N/m]; K0 [N]" in text
     assert "# Distance of the fixed end from the joint's axis [m]" in text
     assert "# Nominal values of Fc1, Fc2, Fc3, Fc4, Fc5, Fc6 [N m]" in text
-
-
-def test_fields_of_effects_are_explained_by_their_docstrings():
-    model = read_model("kr270") + StribeckFriction() + KinematicCoupling("joint5", "joint6")
-    text = commented_text(model)
-    assert "# Stribeck velocity at which 37 % of the friction remains [rad/s]\nfade" in text
-    assert "# Name of the other joint that also turns this motor\nother" in text

@@ -1,8 +1,5 @@
 """MJCF: the same torque as MuJoCo's own inverse dynamics; what cannot be taken is refused by name."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,9 +7,6 @@ from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 
 from ...parts.mujoco_models import compiled, inverse, random_motion, smooth_torque
-
-MODELS = Path(os.environ.get("EXIDYN_DATA", "")) / "mjcf"
-HELD = {"piper": ("joint7", "joint8"), "piper_older": ("joint7", "joint8")}
 
 ARM = """<mujoco model="small"><compiler angle="{angle}"/>{head}
 <default><joint damping=".5"/>
@@ -57,24 +51,6 @@ def require_same(model, text, held=None):
     np.testing.assert_allclose(
         smooth_torque(model, motion), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
     )
-
-
-@pytest.mark.filterwarnings("ignore:.*gravcomp")
-@pytest.mark.parametrize(
-    "file", sorted(MODELS.glob("*.xml")) or [pytest.param(None, marks=pytest.mark.skip("no data"))], ids=str
-)
-def test_torque_of_models_as_users_have_them_is_that_of_mujoco(file, tmp_path):
-    still = HELD.get(file.stem, ())
-    joints = [j for j in _joint_names(file) if j not in still]
-    (tmp_path / "robot.toml").write_text(f'mjcf = "{file}"\njoints = {joints}')
-    model = read_model(tmp_path / "robot.toml")
-    require_same(model, file)
-    np.testing.assert_array_equal(model.robot.joints, joints)
-
-
-def _joint_names(file):
-    model = compiled(file)
-    return [model.joint(joint).name for joint in range(model.njnt)]
 
 
 @pytest.mark.filterwarnings("ignore:compiler attribute 'settotalmass'")
@@ -140,19 +116,19 @@ def test_a_model_of_an_mjcf_reads_back_from_a_robot_toml(tmp_path):
     np.testing.assert_allclose(smooth_torque(again, motion), smooth_torque(model, motion), rtol=1e-12)
 
 
-def test_joints_are_held_at_a_position_or_at_their_reference(tmp_path):
+def test_joints_that_do_not_move_are_held(tmp_path):
     text = small()
     model = model_of(text, tmp_path, 'urdf = "arm.xml"\nheld = {two = 0.4, slide = -0.2}')
     assert model.robot.joints == ("one", "roll")
     require_same(model, text, {"two": 0.4, "slide": -0.2})
     require_same(model_of(text, tmp_path, 'mjcf = "arm.xml"\njoints = ["two"]'), text)
-
-
-def test_a_joint_that_an_equality_locks_is_held_there(tmp_path):
     text = small(tail='<equality><joint joint1="one" polycoef=".3 0 0 0 0"/></equality>')
     model = model_of(text, tmp_path)
     assert model.robot.joints == ("two", "slide", "roll")
     require_same(model, text, {"one": np.radians(15) + 0.3})
+    text = small(tail=CUBE)
+    joints = 'joints = ["one", "two", "slide", "roll"]'
+    require_same(model_of(text, tmp_path, f'mjcf = "arm.xml"\n{joints}'), text)
 
 
 def test_a_fixed_tendon_couples_motors(tmp_path):
@@ -209,12 +185,6 @@ def actuator(text):
 def test_what_no_model_has_is_refused_by_name(change, message, tmp_path):
     with pytest.raises(RobotError, match=message):
         model_of(small(**change), tmp_path)
-
-
-def test_a_loose_thing_beside_the_arm_is_held(tmp_path):
-    text = small(tail=CUBE)
-    joints = 'joints = ["one", "two", "slide", "roll"]'
-    require_same(model_of(text, tmp_path, f'mjcf = "arm.xml"\n{joints}'), text)
 
 
 def test_wrong_files_and_names_are_refused(tmp_path):

@@ -82,7 +82,7 @@ def require_torque_of_mujoco(text, tmp_path, currentless=True, robot=""):
     return model
 
 
-def test_rotor_friction_and_cogging_have_the_torque_of_mujoco(tmp_path):
+def test_torque_and_braking_are_those_of_mujoco(tmp_path):
     model = require_torque_of_mujoco(arm(geared()), tmp_path)
     assert values(model) == pytest.approx(
         {"Ia1": 0.02 + 0.04, "Fv1": 0.3 + 0.4, "Fc1": 0.1 + 0.2, "Fs1": 0.3,
@@ -91,6 +91,11 @@ def test_rotor_friction_and_cogging_have_the_torque_of_mujoco(tmp_path):
     [stribeck] = [effect for effect in model.effects if hasattr(effect, "fade")]
     assert stribeck.fade == pytest.approx(3 / 20)
     np.testing.assert_array_equal(model.robot.gear_ratio, [-20, 1])
+    motor = '<dcmotor joint="elbow" motorconst=".05" resistance="2" gear="30" input="none"/>'
+    model = require_torque_of_mujoco(arm(motor), tmp_path, currentless=False)
+    assert values(model)["Fv2"] == pytest.approx(900 * 0.05**2 / 2)
+    text = arm(geared(more='group="2"'), head='<option actuatorgroupdisable="2"/>')
+    assert values(model_of(text, tmp_path)) == pytest.approx({"Ia1": 0.06, "Fv1": 0.7, "Fc1": 0.1})
 
 
 @pytest.mark.parametrize("ratio", [1.0, 40.0, -20.0])
@@ -98,12 +103,6 @@ def test_waves_of_cogging_are_counted_per_turn_of_the_stated_motor(ratio, tmp_pa
     model = require_torque_of_mujoco(arm(geared()), tmp_path, robot=f"[drive]\ngear_ratio = [{ratio}, 1]")
     [ripple] = [effect for effect in model.effects if hasattr(effect, "harmonic")]
     assert ripple.harmonic == pytest.approx(120 / abs(ratio))
-
-
-def test_a_motor_without_input_brakes_by_its_back_emf(tmp_path):
-    motor = '<dcmotor joint="elbow" motorconst=".05" resistance="2" gear="30" input="none"/>'
-    model = require_torque_of_mujoco(arm(motor), tmp_path, currentless=False)
-    assert values(model)["Fv2"] == pytest.approx(900 * 0.05**2 / 2)
 
 
 def test_a_robot_toml_keeps_the_motors(tmp_path):
@@ -199,11 +198,6 @@ def test_what_the_model_leaves_out_is_said(tmp_path):
 def test_what_no_model_can_represent_is_refused(motors, message, tmp_path):
     with pytest.raises(RobotError, match=message):
         model_of(arm(*motors), tmp_path)
-
-
-def test_motors_that_the_file_disables_have_no_friction(tmp_path):
-    text = arm(geared(more='group="2"'), head='<option actuatorgroupdisable="2"/>')
-    assert values(model_of(text, tmp_path)) == pytest.approx({"Ia1": 0.06, "Fv1": 0.7, "Fc1": 0.1})
 
 
 def test_armature_and_damping_of_several_actuators_add_up(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.command_line import main
 from exidyn.identification.errors import RobotError, RobotWarning
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.robot_files.kinematics import inertia_doubt
@@ -130,12 +130,3 @@ def test_points_rods_and_rounded_plates_are_bodies(moments):
 def test_built_in_robots_are_without_doubt(name, tmp_path):
     (tmp_path / "robot.toml").write_text(model_text(read_model(name)))
     read_model(tmp_path / "robot.toml")
-
-
-@pytest.mark.parametrize("text", ["gravity = 1.5"])
-def test_a_command_refuses_in_a_line(text, tmp_path, capsys):
-    robot = tmp_path / "robot.toml"
-    robot.write_text(model_text(two_joints.model()).replace(VECTOR, text))
-    assert main(["export", str(robot), "--to", "json"]) == REFUSED
-    [line] = capsys.readouterr().err.splitlines()
-    assert line.startswith("exidyn: gravity: expected a vector")

@@ -55,7 +55,7 @@ def base_values(kr270):
     return regrouped(dict(zip(kr270.names, kr270.nominal_values, strict=True)))
 
 
-def test_geometry_is_table_i(kr270):
+def test_gains_and_base_values_are_those_of_the_tables(kr270):
     data = kr270.robot.kinematics.createData()
     position = np.array([0.3, -1.1, 0.7, -0.4, 0.9, 1.3])
     pin.forwardKinematics(kr270.robot.kinematics, data, position)
@@ -65,6 +65,7 @@ def test_geometry_is_table_i(kr270):
         turn = pin.SE3(pin.rpy.rpyToMatrix(0, 0, OFFSET[j] + position[j]), np.array([D[j], 0, 0]))
         expected = expected * tilt * turn * pin.SE3(np.eye(3), np.array([0, 0, R[j]]))
         assert data.oMi[j + 1].isApprox(expected, 1e-12)
+    np.testing.assert_array_equal(kr270.robot.drive_gain, [-276, -427, -402, -295, -306, 215])
 
 
 def test_base_values_make_the_same_torque(kr270, base_values):
@@ -80,10 +81,6 @@ def test_base_values_make_the_same_torque(kr270, base_values):
 @pytest.mark.parametrize("name", TABLE_III)
 def test_base_values_are_near_table_iii(base_values, name):
     assert base_values[name] == pytest.approx(TABLE_III[name], rel=PER_CENT.get(name, 2.0) / 100)
-
-
-def test_gains_are_table_iii(kr270):
-    np.testing.assert_array_equal(kr270.robot.drive_gain, [-276, -427, -402, -295, -306, 215])
 
 
 def test_balancer_carries_the_arm_with_half_its_payload(kr270):
@@ -120,11 +117,6 @@ def test_limits_are_all_there_and_torque_holds_the_arm(name):
     )
     still = Motion.of(np.arange(500.0), position, 0 * position, 0 * position)
     assert np.all(np.abs(model.torque(still, model.nominal_values)) < 0.8 * limits.torque)
-
-
-def test_every_prior_has_a_weight():
-    for name in builtin_names():
-        assert np.all(np.isfinite([prior.std for prior in read_model(name).priors]))
 
 
 def test_cobot_reaches_where_the_ur10_does():

@@ -54,11 +54,17 @@ def test_torque_is_that_of_mujoco(size):
         np.testing.assert_allclose(mujoco_torque(model, command, position, velocity), expected, atol=1e-12)
 
 
-def test_delay_is_read_where_mujoco_has_one():
+def test_laws_are_read_where_mujoco_has_them():
     if not hasattr(compiled(), "actuator_delay"):
         pytest.skip("MuJoCo has actuator delays since 4.0")
     law = servo_law(compiled('delay="0.02" nsample="10"'), JOINTS)
     np.testing.assert_allclose(law.delay, [0.0, 0.02, 0.0])
+    text = ARM.format(delay="").replace('<position joint="a" kp="20" kv=".7"/>', "")
+    motors = mujoco.MjModel.from_xml_string(text)
+    assert servo_law(motors, JOINTS) is None
+    assert servo_law(motors, ("b", "c")) is not None
+    filtered = mujoco.MjModel.from_xml_string(ARM.format(delay='timeconst=".1"'))
+    assert servo_law(filtered, JOINTS) is None
 
 
 def test_older_mujoco_has_no_delay(monkeypatch):
@@ -69,12 +75,3 @@ def test_older_mujoco_has_no_delay(monkeypatch):
     old = SimpleNamespace(nu=model.nu, njnt=model.njnt, **{name: getattr(model, name) for name in kept})
     monkeypatch.setattr(mjcf_drives, "joint_name", lambda _, joint: JOINTS[joint])
     np.testing.assert_array_equal(servo_law(old, JOINTS).delay, np.zeros(3))
-
-
-def test_arms_without_servos_or_with_filtered_commands_have_no_law():
-    text = ARM.format(delay="").replace('<position joint="a" kp="20" kv=".7"/>', "")
-    motors = mujoco.MjModel.from_xml_string(text)
-    assert servo_law(motors, JOINTS) is None
-    assert servo_law(motors, ("b", "c")) is not None
-    filtered = mujoco.MjModel.from_xml_string(ARM.format(delay='timeconst=".1"'))
-    assert servo_law(filtered, JOINTS) is None

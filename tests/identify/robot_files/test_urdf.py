@@ -1,17 +1,12 @@
 """URDFs: what is read, and which culprit a broken one names."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from exidyn.identification.errors import BrokenTree, RobotError, UnknownJoint
-from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.urdf import movable_joints, parse_urdf
 
-DATA = Path(os.environ.get("EXIDYN_DATA", Path(__file__).parents[3] / "../shared/data"))
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
 
 
@@ -35,13 +30,18 @@ def robot(content):
     return f'<?xml version="1.0"?><robot name="arm">{content}</robot>'
 
 
-def test_limits_are_read():
+def test_an_absent_or_zero_limit_is_none():
     limits = parse_urdf(robot(LINKS + JOINTS)).limits
     np.testing.assert_array_equal(limits.position_lower, [-1, -1])
     np.testing.assert_array_equal(limits.position_upper, [2, 2])
     np.testing.assert_array_equal(limits.velocity, [3, 3])
     np.testing.assert_array_equal(limits.torque, [4, 4])
     assert np.all(np.isinf([limits.acceleration, limits.jerk]))
+    zero = '<limit lower="0" upper="0" velocity="0" effort="0"/>'
+    limits = parse_urdf(
+        robot(LINKS + joint("a", "base", "upper") + joint("b", "upper", "lower", inside=zero))
+    ).limits
+    assert np.all(np.isinf([limits.position_lower, limits.position_upper, limits.velocity, limits.torque]))
 
 
 @pytest.mark.parametrize("inside", ["", LIMIT])
@@ -55,14 +55,6 @@ def test_a_continuous_joint_has_one_position_and_no_limit(inside):
     )
     assert found.model.nq == found.model.nv == 2
     np.testing.assert_array_equal(found.limits.position_upper, [np.inf, 2])
-
-
-def test_an_absent_or_zero_limit_is_none():
-    zero = '<limit lower="0" upper="0" velocity="0" effort="0"/>'
-    limits = parse_urdf(
-        robot(LINKS + joint("a", "base", "upper") + joint("b", "upper", "lower", inside=zero))
-    ).limits
-    assert np.all(np.isinf([limits.position_lower, limits.position_upper, limits.velocity, limits.torque]))
 
 
 def test_an_axis_of_any_length_is_a_direction():
@@ -115,15 +107,12 @@ def test_a_joint_held_at_a_position_is_what_pinocchio_reduces_to(kind):
     np.testing.assert_allclose(held.jointPlacements[1].homogeneous, reduced.jointPlacements[1], atol=1e-12)
 
 
-def test_what_cannot_be_held_at_a_position_is_an_error():
+def test_what_cannot_be_held_or_is_not_there_is_an_error():
     text = robot(LINKS + joint("shoulder", "base", "upper", inside=LIMIT) + PLANAR)
     with pytest.raises(RobotError, match="'elbow' cannot be held at a position: it is planar"):
         parse_urdf(text, held={"elbow": 0.1})
     with pytest.raises(UnknownJoint, match="'wrist'.*shoulder, elbow"):
         parse_urdf(robot(LINKS + JOINTS), held={"wrist": 0.1})
-
-
-def test_a_joint_to_move_that_is_not_there_is_an_error():
     with pytest.raises(UnknownJoint, match="'wrist'.*shoulder, elbow"):
         parse_urdf(robot(LINKS + JOINTS), moving=["shoulder", "wrist"])
 
@@ -174,15 +163,3 @@ def test_a_broken_tree_names_the_culprit(text, message):
     with pytest.raises(BrokenTree, match=f"arm.urdf.*{message}") as caught:
         parse_urdf(text, "arm.urdf")
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("path", "joints"),
-    [("kuka_kr300_weigand/kr300.urdf", 6), ("panda_gaz/panda.urdf", 7), ("ur10e_mamedov/ur10e.urdf", 6)],
-)
-def test_real_robots_load(path, joints):
-    if not (DATA / path).exists():
-        pytest.skip(f"no {path} in {DATA}; set EXIDYN_DATA")
-    model = read_model(DATA / path)
-    assert model.robot.dof == joints
-    assert len(model.names) == joints * (10 + 4)

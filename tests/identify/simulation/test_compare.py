@@ -122,12 +122,9 @@ def test_a_slower_simulation_is_compared_up_to_where_it_goes():
     assert np.all(found.effort.rms < 2.0 * found.effort.noise)
 
 
-def test_other_payloads_are_a_warning():
+def test_runs_that_differ_too_much_are_warned_of_or_refused():
     found = compare(replace(made("sim"), payload=KnownPayload("L", (("M", 3.0),))), made("real"))
     assert found.warnings == ("sim carries L, M 3, but real carries no payload",)
-
-
-def test_nothing_in_common_is_refused():
     with pytest.raises(RecordingError, match=r"overlap for .* filters at .* state the offset"):
         compare(late(made("sim"), 30.0), made("real"))
     other = made("real")

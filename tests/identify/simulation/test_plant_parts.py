@@ -8,7 +8,7 @@ import pytest
 from exidyn.identification.effects import ViscousFriction
 from exidyn.identification.errors import RobotError
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.simulation.plant import Plant, Sensors, Thermal, Transmission, typical_plant
+from exidyn.identification.simulation.plant import Plant, Sensors, Thermal, Transmission
 from exidyn.identification.simulation.plant.sensors import Readings
 from exidyn.identification.simulation.plant.typical import typical_parts
 
@@ -23,6 +23,12 @@ STIFFNESS = 2000.0
 
 def elastic(damping=0.0, backlash=0.0):
     return Transmission(np.array([STIFFNESS]), np.array([damping]), np.array([backlash]))
+
+
+def on_a_gear(gear, stiffness=None):
+    """A pendulum that swings in the plane, its motor behind a gear."""
+    drive = stiff(1) if stiffness is None else stiff(1, stiffness)
+    return Plant(pendulum(axis="z"), pendulum_values(axis="z"), np.ones(1), np.zeros(1), drive, None, gear)
 
 
 def commanded(plant, positions, tick=TICK):
@@ -43,10 +49,8 @@ def frequency(wave, tick=TICK):
     return (len(up) - 1) / (times[-1] - times[0])
 
 
-def test_an_elastic_joint_rings_against_its_rotor_when_it_is_free():
-    plant = Plant(
-        pendulum(axis="z"), pendulum_values(axis="z"), np.ones(1), np.zeros(1), stiff(1), None, elastic()
-    )
+def test_an_elastic_joint_rings_against_its_rotor_or_alone():
+    plant = on_a_gear(elastic())
     commanded(plant, 0.02 * np.linspace(0, 1, 20) ** 2)
     plant.release()
     motor, link = commanded(plant, np.zeros(1000))
@@ -56,24 +60,13 @@ def test_an_elastic_joint_rings_against_its_rotor_when_it_is_free():
     momentum = LINK * link + ROTOR * motor
     drift = np.diff(momentum) / TICK
     np.testing.assert_allclose(drift, drift[0], atol=1e-9)
-
-
-def test_an_elastic_joint_rings_alone_when_its_motor_is_held():
-    plant = Plant(
-        pendulum(axis="z"), pendulum_values(axis="z"), np.ones(1), np.zeros(1), stiff(1, 1e3), None, elastic()
-    )
+    plant = on_a_gear(elastic(), 1e3)
     commanded(plant, 0.02 * np.linspace(0, 1, 20) ** 2)
     _, link = commanded(plant, np.full(1000, 0.02))
     assert frequency(link) == pytest.approx(np.sqrt(STIFFNESS / LINK) / (2 * np.pi), rel=5e-3)
-
-
-def test_damping_of_a_gear_takes_the_ringing_away():
     ringing = []
     for damping in (0.0, 5.0):
-        plant = Plant(
-            pendulum(axis="z"), pendulum_values(axis="z"), np.ones(1), np.zeros(1), stiff(1, 1e3), None,
-            elastic(damping),
-        )  # fmt: skip
+        plant = on_a_gear(elastic(damping), 1e3)
         commanded(plant, 0.02 * np.linspace(0, 1, 20) ** 2)
         ringing.append(np.ptp(commanded(plant, np.full(500, 0.02))[1][-100:]))
     # a damper d on a link J: amplitudes fall by exp(-d t / 2 J)
@@ -92,15 +85,6 @@ def test_a_gear_bends_under_the_weight_it_bears_and_nothing_jumps():
     np.testing.assert_allclose(link, measured.link_position[0], atol=1e-6)
 
 
-def test_a_stiff_gear_is_nearly_rigid():
-    wave = 0.2 * np.sin(np.linspace(0, 2, 300)) ** 2
-    rigid, hard = (
-        Plant(pendulum(), pendulum_values(), np.ones(1), np.zeros(1), stiff(1), None, transmission)
-        for transmission in (None, Transmission(np.array([1e6]), np.array([500.0]), np.zeros(1)))
-    )
-    np.testing.assert_allclose(commanded(hard, wave)[0], commanded(rigid, wave)[0], atol=1e-4)
-
-
 def test_only_the_elastic_joints_get_a_motor_of_their_own():
     model = read_model("cobot")
     stiffness = np.array([np.inf, 2e4, np.inf, np.inf, 3e3, np.inf])
@@ -117,10 +101,7 @@ def test_only_the_elastic_joints_get_a_motor_of_their_own():
 
 def test_a_motor_turns_in_its_backlash_without_its_link():
     width = 0.01
-    plant = Plant(
-        pendulum(axis="z"), pendulum_values(axis="z"), np.ones(1), np.zeros(1), stiff(1, 10.0), None,
-        elastic(20.0, width),
-    )  # fmt: skip
+    plant = on_a_gear(elastic(20.0, width), 10.0)
     motor, link = commanded(plant, np.linspace(0, 0.4 * width, 200))
     assert motor[-1] > 0.3 * width
     np.testing.assert_allclose(link, 0.0, atol=1e-12)
@@ -148,7 +129,7 @@ def test_gears_that_are_none_are_refused(stiffness, backlash, message):
         Transmission(np.array([stiffness]), np.zeros(1), np.array([backlash]))
 
 
-def test_a_motor_that_holds_warms_up_to_what_it_loses():
+def test_windings_and_friction_warm_a_joint():
     thermal = Thermal(20.0, np.array([0.5]), np.array([0.2]), time_constant=0.3)
     plant = Plant(pendulum(), pendulum_values(), np.array([2.0]), np.array([1.0]), stiff(1), thermal=thermal)
     current = plant.measure().current[0]
@@ -159,6 +140,16 @@ def test_a_motor_that_holds_warms_up_to_what_it_loses():
     for _ in range(50):
         plant.step(np.ones(1), np.zeros(1), 0.1)
     assert plant.measure().temperature[0] == pytest.approx(20.0 + rise, rel=1e-6)
+    thermal = Thermal(20.0, np.array([0.5]), np.zeros(1), time_constant=0.05)
+    model = pendulum(ViscousFriction(), axis="z")
+    plant = Plant(
+        model, pendulum_values(7.0, axis="z"), np.ones(1), np.zeros(1), stiff(1, 10.0), thermal=thermal
+    )
+    for tick in range(1, 500):
+        plant.step(np.array([0.8 * tick * TICK]), np.array([0.8]), TICK)
+    speed = plant.truth().velocity[0, 0]
+    assert plant.measure().temperature[0] == pytest.approx(20.0 + 0.5 * 7.0 * speed**2, rel=1e-2)
+    assert speed == pytest.approx(0.8, rel=1e-2)
 
 
 @pytest.mark.parametrize("robot", ["cobot", "kr270"])
@@ -173,19 +164,6 @@ def test_typical_arms_warm_up_by_twenty_kelvin_in_half_an_hours(robot):
     assert np.all(thermal.after(warm, current, friction, 60.0) < 26.0)
 
 
-def test_friction_warms_its_own_joint():
-    thermal = Thermal(20.0, np.array([0.5]), np.zeros(1), time_constant=0.05)
-    model = pendulum(ViscousFriction(), axis="z")
-    plant = Plant(
-        model, pendulum_values(7.0, axis="z"), np.ones(1), np.zeros(1), stiff(1, 10.0), thermal=thermal
-    )
-    for tick in range(1, 500):
-        plant.step(np.array([0.8 * tick * TICK]), np.array([0.8]), TICK)
-    speed = plant.truth().velocity[0, 0]
-    assert plant.measure().temperature[0] == pytest.approx(20.0 + 0.5 * 7.0 * speed**2, rel=1e-2)
-    assert speed == pytest.approx(0.8, rel=1e-2)
-
-
 def readings(**parts):
     """Ten thousand readings of a still joint with one ampere: position, velocity, current."""
     none = np.zeros(1)
@@ -197,31 +175,17 @@ def readings(**parts):
     return [values[:, 0] for values in seen.see(np.full((10_000, 1), 0.123456), np.ones((10_000, 1)), TICK)]
 
 
-def test_noise_has_its_size_and_its_colour():
+def test_sensors_add_noise_and_steps_or_nothing():
     _, _, current = readings(current_noise=0.03, current_drift=0.04)
     noise = current - 1.0
     assert np.std(noise) == pytest.approx(0.05, rel=0.05)
     # five ticks are the 10 ms after which 37 % are left
     assert np.mean(noise[5:] * noise[:-5]) == pytest.approx(0.04**2 * np.exp(-1.0), rel=0.25)
-
-
-def test_sensors_count_in_steps():
     position, velocity, current = readings(encoder_step=1e-3, current_step=0.3)
     np.testing.assert_allclose(position, 0.123)
     np.testing.assert_allclose(velocity, 0.0)
     np.testing.assert_allclose(current, 0.9)
-
-
-def test_exact_sensors_add_nothing():
     position, velocity, current = readings()
     assert set(position) == {0.123456}
     assert set(velocity) == {0.0}
     assert set(current) == {1.0}
-
-
-def test_velocity_is_that_of_the_encoder():
-    plant = typical_plant(read_model("cobot"), np.zeros(6))
-    for tick in range(1, 400):
-        plant.step(np.full(6, 0.2 * tick * TICK), np.full(6, 0.2), TICK)
-    np.testing.assert_allclose(plant.measure().velocity, 0.2, atol=5e-3)
-    assert np.all(plant.measure().velocity != plant.truth().velocity[0])

@@ -18,7 +18,7 @@ def servo_arm(limit=np.inf):
     return replace(model, robot=replace(model.robot, drive_gain=STIFFNESS / servo.gain, servo=servo))
 
 
-def test_a_servo_gives_way_by_the_torque_that_it_holds_over_its_stiffness():
+def test_a_servo_gives_way_by_its_stiffness_up_to_its_limit():
     model, start = servo_arm(), np.array([0.3, -0.4])
     values = two_joints.true_values(model)
     plant = typical_plant(model, start, values)
@@ -32,9 +32,6 @@ def test_a_servo_gives_way_by_the_torque_that_it_holds_over_its_stiffness():
     asked = STIFFNESS * (start - truth.position[0])
     assert np.all(np.abs(holding) > 1.5 * dry)  # else nothing is shown
     assert np.all(np.abs(asked - holding) < 1.05 * dry)  # at rest anywhere within what friction holds
-
-
-def test_its_torque_has_a_limit():
     plant = typical_plant(servo_arm(limit=0.02), np.zeros(2))
     for _ in range(20):
         plant.step(np.array([1.0, 1.0]), np.zeros(2), 0.01)

@@ -56,15 +56,12 @@ def test_motors_of_coupled_joints_do_the_same_work():
     )
 
 
-def test_exact_sensors_add_nothing(motion):
+def test_sensors_add_noise_and_steps_or_nothing(motion):
     recording = record(motion)
     np.testing.assert_array_equal(recording.signals["position"].values, motion.position)
     np.testing.assert_array_equal(recording.signals["command"].values, motion.position)
     np.testing.assert_allclose(recording.signals["position"].time, motion.time, atol=1e-9)
     assert not check(recording).warnings
-
-
-def test_noise_has_the_stated_size(motion):
     exact = record(motion)
     noisy = record(motion, Sensors(current_noise=0.05, encoder_noise=1e-4, encoder_step=0.0))
     difference = {
@@ -74,18 +71,9 @@ def test_noise_has_the_stated_size(motion):
     np.testing.assert_allclose(np.std(difference["current"], axis=0), 0.05 * usual, rtol=0.05)
     np.testing.assert_allclose(np.std(difference["position"], axis=0), 1e-4, rtol=0.05)
     assert not np.any(difference["command"])
-
-
-def test_encoder_counts_in_steps(motion):
     position = record(motion, replace(EXACT, encoder_step=1e-3)).signals["position"].values
     np.testing.assert_allclose(position / 1e-3, np.round(position / 1e-3), atol=1e-9)
     assert np.abs(position - motion.position).max() <= 0.5e-3 + 1e-12
-
-
-def test_seed_decides_the_noise(motion):
-    one, again, two = (record(motion, Sensors(), seed=seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one.signals["current"].values, again.signals["current"].values)
-    assert np.any(one.signals["current"].values != two.signals["current"].values)
 
 
 def test_payload_hangs_on_the_arm_that_carries_it(motion):

@@ -12,7 +12,6 @@ import numpy as np
 from exidyn.acquire.arguments.controllers import read_controller
 from exidyn.acquire.files.report_files import read_shown
 from exidyn.acquire.run.arms import make_driver
-from exidyn.acquire.study.rounds import CHOICE
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.acquire.views.kinds import view_of
@@ -23,7 +22,7 @@ from exidyn.identification.recordings.mcap.mcap_recover import recover
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan_file import read_plan
 
-from ..runs import kept_files, parser_files
+from ..runs import parser_files
 from ..runs.parser_files import Files
 from ..small import two_joints
 from . import fuzz_uses
@@ -149,13 +148,6 @@ def _preset() -> list[Damage]:
     ]
 
 
-def _study() -> list[Damage]:
-    """The choice of each round, as text and by its values."""
-    files = kept_files.study()
-    names = [name for name in files if name.endswith(CHOICE)]
-    return [Damage(files, name, kinds) for name in names for kinds in (EDITED, JSON)]
-
-
 def _packed(name: str, plain: Callable[[], bytes]) -> Callable[[], list[Damage]]:
     """A compressed file: its bytes, and what is in it."""
     return lambda: [
@@ -237,7 +229,6 @@ PARSERS: dict[str, Parser] = {
     "HDF5": Parser(
         _one("run.h5", parser_files.hdf5, BINARY), lambda folder, name: import_source(folder / name, MODEL), 4
     ),
-    "study": Parser(_study, lambda folder, name: fuzz_uses.notebook_of(folder)),
     "CSV, compressed": Parser(
         _packed("run.csv.gz", parser_files.table), lambda folder, name: import_source(folder / name, MODEL)
     ),

@@ -5,9 +5,6 @@ from pathlib import Path
 from exidyn.acquire.files.given_runs import read_arm
 from exidyn.acquire.files.report_files import find_files
 from exidyn.acquire.files.report_material import read_material
-from exidyn.acquire.study.choice_file import shapes_in
-from exidyn.acquire.study.loop import Study
-from exidyn.acquire.study.rounds import next_round, rounds
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.samples import ControllerSamples
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
@@ -18,8 +15,6 @@ from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.pages.fit_document import summary
 from exidyn.identification.pages.report_document import joined_html
-
-from ..small import two_joints
 
 JOINTS, CYCLE = 6, 0.002
 
@@ -37,15 +32,6 @@ def report(path: Path) -> None:
     joined_html(read_material(find_files([path]), [], None, lambda _: None))
     if path.name == "fit.json":
         summary(read_fit(path))
-
-
-def notebook_of(folder: Path) -> None:
-    """As a study does that goes on: what former rounds chose, its notebook, and the next run."""
-    study = Study(folder, two_joints.model(), None, 600.0, None, None, {})
-    study._write_notebook()
-    for one in rounds(folder):
-        shapes_in(one.choice)
-    next_round(folder)
 
 
 def hear(path: Path) -> None:

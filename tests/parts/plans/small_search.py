@@ -1,4 +1,4 @@
-"""A search of a second: one start, with a single harmonic of a short period."""
+"""A search of a second: from one start."""
 
 from functools import partial
 from typing import Any
@@ -11,4 +11,4 @@ from exidyn.trajectories.planning.wishes import Wishes
 def make_small(monkeypatch, **wishes: Any) -> None:
     """Let `exidyn excite` plan with these planning options of the library, and from one start."""
     monkeypatch.setattr(excite_command, "plan", partial(plan, starts=1))
-    monkeypatch.setattr(excite_command, "Wishes", partial(Wishes, **{"harmonics": 1, "period": 3.0} | wishes))
+    monkeypatch.setattr(excite_command, "Wishes", partial(Wishes, **wishes))

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-import pytest
 
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.effects import RigidBody
@@ -14,13 +13,6 @@ from exidyn.identification.model import Model
 
 BESIDE = Path(__file__).parents[4] / "shared"
 DATA = Path(os.environ.get("EXIDYN_DATA", BESIDE / "data"))
-HOSTILE = Path(os.environ.get("EXIDYN_INPUTS", BESIDE / "inputs")) / "hostile"
-needs_hostile = pytest.mark.skipif(
-    not HOSTILE.is_dir(), reason="no hostile inputs; set EXIDYN_INPUTS to their folder"
-)
-needs_data = pytest.mark.skipif(
-    not DATA.is_dir(), reason="no real recordings; set EXIDYN_DATA to their folder"
-)
 
 TIME = np.arange(200) * 0.004
 

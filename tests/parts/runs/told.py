@@ -55,7 +55,6 @@ class Case:
         words: What the reason must say.
         lines: What the peer is told once commands are taken; "pause S" stops this computer's program for so
             long [s].
-        quick: Whether it is shown in a hurry too.
     """
 
     name: str
@@ -64,12 +63,6 @@ class Case:
     levels: tuple[str, ...]
     words: str = ""
     lines: tuple[str, ...] = ()
-    quick: bool = False
-
-    @property
-    def pauses(self):
-        """Whether this computer's program does, so that it can neither print nor come round."""
-        return any(line.startswith("pause") for line in self.lines)
 
 
 @dataclass
@@ -145,16 +138,16 @@ def _mit(folder):
 
 
 CASES = (
-    Case("UR: clock stands still", ur, STANDS, ("QUICK",), "clock", ("clock stop",), quick=True),
+    Case("UR: clock stands still", ur, STANDS, ("QUICK",), "clock", ("clock stop",)),
     Case("UR: clock goes back", ur, STANDS, ("QUICK",), "clock", ("clock back",)),
-    Case("UR: clock is no number", ur, UNKNOWN, ("QUICK",), "", ("clock nan",), quick=True),
+    Case("UR: clock is no number", ur, UNKNOWN, ("QUICK",), "", ("clock nan",)),
     Case("UR: clock shows 1e30", ur, UNKNOWN, ("QUICK",), "", ("clock huge",)),
     Case("UR: clock stands still, arm runs on", ur, MOVES, ("OFF",), "", ("clock stop", "runs 0.8")),
     Case("UR: arm runs on", ur, MOVES, ("OFF",), "", ("runs 0.8",)),
-    Case("UR: dashboard silent", ur, MOVES, ("OFF",), "", ("dashboard silent", "runs 0.8"), quick=True),
+    Case("UR: dashboard silent", ur, MOVES, ("OFF",), "", ("dashboard silent", "runs 0.8")),
     Case("UR: dashboard floods", ur, MOVES, ("OFF",), "", ("dashboard flood", "runs 0.8")),
     Case("UR: dashboard ends no line", ur, MOVES, ("OFF",), "", ("dashboard babble", "runs 0.8")),
-    Case("UR: arm creeps on", ur, MOVES, ("OFF",), "", ("runs 0.08",), quick=True),
+    Case("UR: arm creeps on", ur, MOVES, ("OFF",), "", ("runs 0.08",)),
     Case("UR: connection cut", ur, UNKNOWN, ("QUICK",), "", ("cut",)),
     Case("UR: power lost", ur, STANDS, ("QUICK",), "power off", ("unpowered",)),
     Case("KUKA: axis runs on", krc("--runs", "400:60"), MOVES, ("OFF",)),
@@ -170,7 +163,6 @@ CASES = (
         ("QUICK",),
         "sent nothing for",
         ("pause 3",),
-        quick=True,
     ),
     Case("MIT: this computer pauses", mit, STANDS, ("QUICK",), "sent nothing for", ("pause 3",)),
     Case("UR: this computer pauses", ur, STANDS, ("QUICK",), "", ("pause 3",)),

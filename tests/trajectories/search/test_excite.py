@@ -1,7 +1,6 @@
 """The search as a whole: starts inside, better ends, the best of several, and errors with their reasons."""
 
 import threading
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import count
 
@@ -45,6 +44,17 @@ QUICK = goal(criterion=volume)
 
 def never():
     return False
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Starts one after the other in this process, whatever the number of cores."""
+
+    def run_here(work, tasks, seconds, note, receive):
+        for task in tasks:
+            note(work(*task, seconds, never))
+
+    monkeypatch.setattr("exidyn.trajectories.search.excite.run_all", run_here)
 
 
 def region():
@@ -186,11 +196,10 @@ def test_stopped_at_once_it_still_has_its_start():
     assert np.isfinite(one.value)
 
 
-@pytest.mark.usefixtures("at_the_end_alone")
+@pytest.mark.usefixtures("at_the_end_alone", "here")
 def test_the_best_of_several_starts_is_returned_and_all_are_reported():
     text = []
-    with ThreadPoolExecutor(2) as pool:
-        best = excite(QUICK, setting(), starts=2, seed=3, seconds=NEVER, executor=pool, progress=text.append)
+    best = excite(QUICK, setting(), starts=2, seed=3, seconds=NEVER, progress=text.append)
     singles = [one_start(QUICK, setting(), seed, NEVER, never) for seed in (3, 4)]
     assert best.value == min(one.value for one in singles)
     assert best.seed == min(singles, key=lambda one: one.value).seed
@@ -198,15 +207,14 @@ def test_the_best_of_several_starts_is_returned_and_all_are_reported():
     assert text[-1].endswith(f", best {np.exp(best.value):.4g}")
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("cores", [1, 4])
 def test_a_search_of_iterations_is_the_same_on_a_slow_computer(monkeypatch, cores):
     search = {"starts": 2, "seed": 3, "iterations": 40}
-    with ThreadPoolExecutor(2) as pool:
-        expected = excite(goal(), setting(), executor=pool, **search)
+    expected = excite(goal(), setting(), **search)
     monkeypatch.setattr("os.cpu_count", lambda: cores)
     monkeypatch.setattr("exidyn.trajectories.search.clock.time.monotonic", count(step=100.0).__next__)
-    with ThreadPoolExecutor(1) as pool:
-        slow = excite(goal(), setting(), executor=pool, **search)
+    slow = excite(goal(), setting(), **search)
     assert slow.value == expected.value
     np.testing.assert_array_equal(slow.series[0].sine, expected.series[0].sine)
     assert max(used for used, _ in expected.history) <= 40 + 2 * IterationClock.offer

@@ -3,7 +3,6 @@
 import multiprocessing
 import os
 import signal
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -37,14 +36,9 @@ def two(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parents[3]))
 
 
-def collected(work, tasks, seconds=LONG, executor=None, note=lambda _: None):
+def collected(work, tasks, seconds=LONG):
     found = []
-
-    def keep(result):
-        found.append(result)
-        note(result)
-
-    run_all(work, [(task,) for task in tasks], seconds, executor, keep)
+    run_all(work, [(task,) for task in tasks], seconds, found.append)
     return found
 
 
@@ -107,10 +101,9 @@ def test_an_interrupt_while_a_result_is_noted_loses_no_other():
             raise KeyboardInterrupt
 
     with ThreadPoolExecutor(1) as pool:
-        release = threading.Event()
-        pool.submit(release.wait)
-        threading.Timer(0.05, release.set).start()
-        collected(square, [1, 2, 3], executor=pool, note=note)
+        futures = [pool.submit(square, number, LONG, None) for number in (1, 2, 3)]
+        futures[-1].result()
+        parallel._gather(futures, LONG, note, lambda: None, lambda: None, time.monotonic)
     assert noted[0] in (1, 4, 9)
     assert len(set(noted)) == len(noted)
 
@@ -126,16 +119,6 @@ def test_a_process_that_dies_is_reported(two):
         collected(dying, [1, 2])
 
 
-def test_an_executor_of_the_caller_is_used_and_left_open():
-    with ThreadPoolExecutor(1) as pool:
-        found = collected(square, [1, 2, 3], executor=pool)
-        assert sorted(r[0] for r in found) == [1, 4, 9]
-        assert {r[1] for r in found} == {os.getpid()}
-        with pytest.raises(ZeroDivisionError):
-            collected(failing, [0, 1, -1], executor=pool)
-        assert pool.submit(pow, 2, 3).result() == 8
-
-
 def test_work_in_another_thread_than_the_main_one(two):
     with ThreadPoolExecutor(1) as pool:
         found = pool.submit(collected, square, [1, 2]).result()
@@ -146,14 +129,6 @@ def test_each_task_has_its_share_of_the_time_that_is_left(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
     monkeypatch.setattr(parallel.time, "monotonic", iter([0.0, 0.0, 3.0, 9.0, 9.5]).__next__)
     assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [8.0 / 4, 5.0 / 3]
-
-
-def test_an_executors_tasks_share_the_time():
-    with ThreadPoolExecutor(1) as pool:
-        found = []
-        count = 2 * (parallel.os.cpu_count() or 1)
-        run_all(told_time, [(0,)] * count, 8.0, pool, found.append)
-    assert found == [4.0] * count
 
 
 def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeypatch):
@@ -176,7 +151,6 @@ def test_what_tasks_report_is_received_before_they_end(two, tasks):
         reporting,
         [(task,) for task in tasks],
         LONG,
-        None,
         lambda result: order.append(("ended", result)),
         lambda message: order.append(("reported", message)),
     )

@@ -8,12 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .body import turn
+from .body import mass_matrix, njit, solve, turn
 from .forces import hang, misread, resistance, ripple, saturate, swing, windup
-from .friction import add_friction
-from .jit import njit
-from .machine import Machine, State
-from .mass import mass_matrix, solve
+from .friction import Machine, State, add_friction
 
 STEP = 0.0005
 """Time step of physics and drives [s]."""
@@ -28,19 +25,12 @@ AMBIENT = 24.0
 
 
 class Log(NamedTuple):
-    """What happened, at the recording's rate.
+    """What happened, at the recording's rate."""
 
-    Attributes:
-        position: At the motors, as their encoders would read without steps, (t, n) [rad].
-        link: Behind the transmissions, (t, n) [rad].
-        command: Torque that the drives asked for, which is the current times the gain, (t, n) [N m].
-        temperature: Of the grease, (t, n) [deg C].
-    """
-
-    position: np.ndarray
-    link: np.ndarray
-    command: np.ndarray
-    temperature: np.ndarray
+    position: np.ndarray  # At the motors, as their encoders would read without steps, (t, n) [rad]
+    link: np.ndarray  # Behind the transmissions, (t, n) [rad]
+    command: np.ndarray  # Torque that the drives asked for, which is the current times the gain, (t, n) [N m]
+    temperature: np.ndarray  # Of the grease, (t, n) [deg C]
 
 
 @njit(cache=True)
@@ -61,19 +51,9 @@ def at_rest(machine, wanted, warm):
     bristles, blocks = np.zeros(n + 1), np.zeros(machine.friction.block.shape)
     summed = held - machine.offset
     return State(
-        link,
-        motor,
-        still,
-        still.copy(),
-        bristles,
-        blocks,
-        warm.copy(),
-        held,
-        wanted.copy(),
-        still.copy(),
-        summed,
-        sway,
-    )
+        link, motor, still, still.copy(), bristles, blocks, warm.copy(), held, wanted.copy(), still.copy(),
+        summed, sway,
+    )  # fmt: skip
 
 
 @njit(cache=True)
@@ -135,15 +115,7 @@ def advance(machine, state, net, time):
 
 @njit(cache=True)
 def simulate(machine, wanted, wanted_velocity, wanted_acceleration, disturbance, warm):
-    """Follow a path (s, n) given every STEP.
-
-    Args:
-        machine: The arm.
-        wanted: Positions, as the drives count them, (s, n) [rad].
-        wanted_velocity: Shape (s, n) [rad/s].
-        wanted_acceleration: Shape (s, n) [rad/s^2].
-        disturbance: Torque on the motors, (s, n) [N m].
-        warm: Temperatures at the start, (n,) [deg C].
+    """Follow a path (s, n) as the drives count it, given every STEP, under a disturbance (s, n) [N m].
 
     Returns:
         Position at the motors as encoders read it, position of the links, torque asked for, temperature, each

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from .body import cross, flange, inverse_dynamics
-from .jit import njit
+from .body import cross, flange, inverse_dynamics, njit
 
 
 @njit(cache=True)

@@ -1,1 +1,0 @@
-"""A study: a sequence of runs, each chosen to answer the questions that earlier runs left open."""

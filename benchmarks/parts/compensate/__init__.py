@@ -1,1 +1,0 @@
-"""What a feedforward leaves of the torque of public recordings, and what a call of it costs."""

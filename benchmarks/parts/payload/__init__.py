@@ -1,1 +1,0 @@
-"""Payloads of known mass on simulated and real arms."""
