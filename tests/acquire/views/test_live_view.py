@@ -21,6 +21,7 @@ from rerun.experimental import ViewerClient
 from exidyn.acquire.run.frames import EVENT, HEAD, SAMPLE, Cycle, text_frame
 from exidyn.acquire.run.pipe import SinkFailed
 from exidyn.acquire.run.recorder import RunHead
+from exidyn.acquire.views import view_process
 from exidyn.acquire.views.live_log import finite_limits, usual_cycle
 from exidyn.acquire.views.live_view import CannotShow, Targets, start_view
 from exidyn.acquire.views.parts import COLORS, COLUMNS, RED
@@ -31,15 +32,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.live_frames import frames, measured
-from ...parts.pages.rerun_viewer import (
-    complaints,
-    last_time,
-    numbers,
-    numbers_nested,
-    read,
-    seconds,
-    settled,
-)
+from ...parts.pages.rerun_viewer import complaints, last_time, numbers, numbers_nested, read, seconds, settled
 from ...parts.small import two_joints
 from ...parts.system_needs import VULKAN
 
@@ -77,17 +70,42 @@ def hand_over(shown, run):
             time.sleep(0.01)
 
 
-def saved(model, path, run):
-    with view(save=path) as shown:
-        hand_over(shown, run)
-    assert not shown.failure
-    assert not shown.dropped
+class Source:
+    """Frames that come in two pieces and end."""
+
+    def __init__(self, run):
+        self.pieces = [run[: len(run) // 2], run[len(run) // 2 :]]
+
+    @property
+    def ended(self):
+        return not self.pieces
+
+    def read(self, patience):
+        return [(frame[:1], frame[5:]) for frame in self.pieces.pop(0)]
+
+
+def drawn(path, run):
+    """What the process of a view draws, in this process."""
+    recording, _ = view_process._start(Targets(save=path))
+    view_process._show(Source(run), view_process.RunFrames(recording), 0.0)
+    view_process._finish(recording)
     return read(path)
 
 
 @pytest.fixture(scope="module")
-def chunks(model, run, tmp_path_factory):
-    return saved(model, tmp_path_factory.mktemp("live") / "run.rrd", run)
+def file(run, tmp_path_factory):
+    """What a view saves of the run, in a process of its own."""
+    path = tmp_path_factory.mktemp("live") / "run.rrd"
+    with view(save=path) as shown:
+        hand_over(shown, run)
+    assert not shown.failure
+    assert not shown.dropped
+    return path
+
+
+@pytest.fixture(scope="module")
+def chunks(file):
+    return read(file)
 
 
 def free_port():
@@ -166,15 +184,15 @@ def texts(chunks, kind):
     return [text for array in chunks[f"/events/{kind}", "TextLog:text"] for (text,) in array.to_pylist()]
 
 
-def test_run_that_ends_at_once_is_shown_with_its_reason(model, run, tmp_path):
-    chunks = saved(model, tmp_path / "run.rrd", [*run[:6], *run[-3:]])
+def test_run_that_ends_at_once_is_shown_with_its_reason(run, tmp_path):
+    chunks = drawn(tmp_path / "run.rrd", [*run[:6], *run[-3:]])
     assert numbers(chunks, "/position/measured").shape == (6 * 4,)
     assert texts(chunks, "stop")[0].endswith("limit 0.035")
     assert texts(chunks, "end") == ["0.01 s  end: stopped (tracking)"]
 
 
-def test_an_unended_run_is_reported_as_abandoned(model, run, tmp_path):
-    chunks = saved(model, tmp_path / "run.rrd", run[:100])
+def test_an_unended_run_is_reported_as_abandoned(run, tmp_path):
+    chunks = drawn(tmp_path / "run.rrd", run[:100])
     lines = texts(chunks, "stop")
     assert " ".join(line.strip() for line in lines) == f"0.19 s  stop: {ABANDONED}"
     assert len(lines) > 1
@@ -195,7 +213,7 @@ def spoiled(run):
 
 
 def test_frames_that_make_no_sense_are_not_shown(model, run, tmp_path):
-    chunks = saved(model, tmp_path / "run.rrd", list(spoiled(run)))
+    chunks = drawn(tmp_path / "run.rrd", list(spoiled(run)))
     _, position, _ = measured(model, SECONDS)
     np.testing.assert_array_equal(numbers(chunks, "/position/measured").reshape(-1, 6), position)
 
@@ -244,14 +262,13 @@ def test_arm_moves_as_measured(chunks, model):
     assert first == f"arm/{link_frames(model.robot.kinematics)[0].child}"
 
 
-def test_saved_file_is_whole(model, run, tmp_path):
-    saved(model, tmp_path / "run.rrd", run)
-    subprocess.run([VIEWER, "rrd", "verify", tmp_path / "run.rrd"], check=True, capture_output=True)
+def test_saved_file_is_whole(file):
+    subprocess.run([VIEWER, "rrd", "verify", file], check=True, capture_output=True)
 
 
 def test_run_of_a_controller_that_gives_torque_shows_torque(model, tmp_path):
     head = RunHead("torque", model, signals=("position", "torque"), epoch=0).frame()
-    found = saved(model, tmp_path / "run.rrd", [f for _, f in frames(model, 0.5, explained=head)])
+    found = drawn(tmp_path / "run.rrd", [f for _, f in frames(model, 0.5, explained=head)])
     assert ("/torque/limit", "Scalars:scalars") in found
     assert not any(entity.startswith("/current") for entity, _ in found)
 
@@ -328,8 +345,8 @@ def test_port_that_is_taken_is_reported():
 def test_file_that_cannot_be_written_is_reported(tmp_path):
     with pytest.raises(CannotShow, match="no folder"):
         start_view(Targets(save=tmp_path / "nowhere" / "run.rrd"))
-    with pytest.raises(SinkFailed, match="directory"):
-        start_view(Targets(save=tmp_path))
+    with pytest.raises(CannotShow, match="directory"):
+        view_process._start(Targets(save=tmp_path))
 
 
 @contextmanager
@@ -407,10 +424,10 @@ def test_browser_shows_the_run(tmp_path):
         browser.open(shown.message.split()[-1] + "&renderer=webgl", width=1000, height=640)
         hand_over(shown, beginning)
 
-        def drawn():
+        def is_drawn():
             pictures.append(browser.picture())
             return all(count > 100 for count in coloured(pictures[-1])[:2])
 
-        found = wait_for(drawn, 150.0)
+        found = wait_for(is_drawn, 150.0)
         (tmp_path / "browser.png").write_bytes(pictures[-1])
         assert found
