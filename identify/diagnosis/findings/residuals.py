@@ -79,7 +79,7 @@ class Located:
 
 @dataclass(frozen=True)
 class Hinted:
-    """An effect that held-out runs show and fitted runs do not contradict; naming it requires fitting them."""
+    """An effect that held-out runs show and fitted runs do not contradict; only a fitted run can name it."""
 
     effect: str  # name in the vocabulary
     joint: int  # index of the joint that shows it best in the held-out runs, from 0; in files from 1
