@@ -68,11 +68,7 @@ class Located:
     """One row of the table of residuals by quantity."""
 
     joint: int  # index of the joint, from 0
-<<<<<<< HEAD
-    depends_on: str  # A key of `DEPENDENCES`, an effect without a family, or the dependence of a remainder
-=======
     depends_on: str  # key of `DEPENDENCES`, effect without a family, or dependence of a remainder
->>>>>>> h-circles
     share: Real  # share of the squared baseline residual of the joint, in held-out runs if there are any [-]
     # Probability that the torque depends on the quantity; None for noise, for parts without a dependence, and
     # if the explained part may be zero.
@@ -83,11 +79,7 @@ class Located:
 
 @dataclass(frozen=True)
 class Hinted:
-<<<<<<< HEAD
     """An effect that held-out runs show and fitted runs do not contradict; only a fitted run can name it."""
-=======
-    """An effect that held-out runs show and fitted runs do not contradict; naming it requires fitting them."""
->>>>>>> h-circles
 
     effect: str  # name in the vocabulary
     joint: int  # index of the joint that shows it best in the held-out runs, from 0; in files from 1
