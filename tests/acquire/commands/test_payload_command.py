@@ -45,19 +45,8 @@ def test_json_on_standard_output_has_all_forms(files, capsys) -> None:
 
 def test_a_plan_of_poses(tmp_path, capsys) -> None:
     path = tmp_path / "weigh.toml"
-    arguments = [
-        "payload",
-        "--plan",
-        str(path),
-        "--robot",
-        "cobot",
-        "--up-to",
-        "4",
-        "--reach",
-        "0.1",
-        "--poses",
-    ]
-    assert main([*arguments, "--no-collision"]) == 0
+    arguments = "payload --up-to 4 --robot cobot --reach 0.1 --kind poses --no-collision".split()
+    assert main([*arguments, "-o", str(path)]) == 0
     assert "any up to 4 kg" in " ".join(capsys.readouterr().out.split())
     plan = read_plan(path)
     assert (plan.robot, plan.details[HEAVIEST]) == ("cobot", 4.0)
@@ -74,7 +63,7 @@ def test_a_payload_above_what_the_motion_allows_is_warned_about() -> None:
 
 
 def test_a_motion_too_short_for_the_payload_says_so(tmp_path, capsys) -> None:
-    arguments = ["payload", "--plan", str(tmp_path / "weigh.toml"), "--robot", "cobot", "--up-to", "4"]
+    arguments = ["payload", "--up-to", "4", "--robot", "cobot", "-o", str(tmp_path / "weigh.toml")]
     assert main([*arguments, "--no-collision", "--length", "1", "--search", "0.1"]) == 0
     assert "would not determine the payload" in capsys.readouterr().out
 
@@ -87,7 +76,7 @@ def test_a_motion_too_short_for_the_payload_says_so(tmp_path, capsys) -> None:
     ],
 )
 def test_a_plan_that_cannot_be_is_refused_in_a_line(options, words, tmp_path, capsys) -> None:
-    arguments = ["payload", "--plan", str(tmp_path / "weigh.toml"), "--robot", "cobot", "--up-to", "4"]
+    arguments = ["payload", "--up-to", "4", "--robot", "cobot", "-o", str(tmp_path / "weigh.toml")]
     assert main([*arguments, "--no-collision", "--search", "0.1", *options]) == REFUSED
     assert words in capsys.readouterr().err
 
@@ -96,15 +85,12 @@ def test_a_plan_that_cannot_be_is_refused_in_a_line(options, words, tmp_path, ca
     ("options", "words"),
     [
         ([], "give a run with the payload"),
-        (["--plan", "p.toml", "--robot", "cobot"], "--plan needs --up-to KG"),
-        (
-            ["run.mcap", "--plan", "p.toml", "--up-to", "3", "--robot", "cobot"],
-            "--plan cannot be used together",
-        ),
+        (["--up-to", "3"], "--up-to needs the arm as --robot or --fit"),
+        (["run.mcap", "--up-to", "3", "--robot", "cobot"], "--up-to and runs cannot be used together"),
         (["run.mcap", "--fit", "f.json", "--empty", "e.mcap"], "--fit and --empty cannot be used together"),
         (["run.mcap", "--fit", "f.json", "--robot", "cobot"], "--fit and --robot cannot be used together"),
-        (["run.mcap", "--fit", "f.json", "--up-to", "3"], "--up-to, --poses and --start are for --plan FILE"),
-        (["--plan", "p.toml", "--robot", "cobot", "--for", "ur"], "--com and --for are for a run"),
+        (["run.mcap", "--fit", "f.json", "--kind", "poses"], "--kind is only used with --up-to KG"),
+        (["--up-to", "3", "--robot", "cobot", "--for", "ur"], "--up-to and --for cannot be used together"),
     ],
 )
 def test_options_that_exclude_each_other(options, words, capsys) -> None:
