@@ -105,15 +105,12 @@ def test_options_that_pages_name_exist(page):
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
         "--arm",
-        "--coverage",
         "--arms",
         "--resume",
         "--bare",
         "--fifo",
         "--keep",
-        "--lines",
         "--quick",
-        "--sweep",
         "--version",
     }  # those of benchmarks, of peers, and of all commands
 
