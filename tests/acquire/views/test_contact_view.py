@@ -69,6 +69,5 @@ def test_the_arrow_stands_at_the_flange_along_the_force(chunks):
 
 def test_viewer_shows_the_view_without_complaint(result, monkeypatch):
     """Two joints, the force, the arm, and the contacts."""
-    require_drawn(
-        lambda: viewers.show(contact_view(result, "N m"), Targets(view=True)), TIME[-1], 5, monkeypatch
-    )
+    view = contact_view(result, "N m")
+    require_drawn(lambda: viewers.show(view, Targets(view=True)), TIME[-1], 5, monkeypatch)

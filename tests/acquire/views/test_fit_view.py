@@ -99,8 +99,7 @@ def test_viewer_shows_every_view_without_complaint(fit, monkeypatch):
     end = max(run.time[-1] for run in runs_of(fit))
     # a plot a joint, the ratio and the arm of each run, and three views beside them
     expected = len(runs_of(fit)) * 4 + 3
-    picture = require_drawn(
-        lambda: viewers.show(fit_view(fit), Targets(view=True)), end, expected, monkeypatch
-    )
+    view = fit_view(fit)
+    picture = require_drawn(lambda: viewers.show(view, Targets(view=True)), end, expected, monkeypatch)
     width, height = struct.unpack(">II", picture[16:24])
     assert min(width, height) >= 600

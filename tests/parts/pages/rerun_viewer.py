@@ -88,7 +88,7 @@ def settled(client, end, views, attempts=300):
 
 
 def require_drawn(show, end, views, monkeypatch):
-    """A picture of what `show` opens in a window: drawn up to a time [s], in so many views, without complaint."""
+    """A picture of the window that `show` opens: all is drawn up to a time [s], in so many views."""
     with headless_viewer() as (client, address):
         monkeypatch.setattr(viewers, "open_window", lambda: address)
         show()
