@@ -43,19 +43,9 @@ def test_help_ends_with_examples_that_the_command_understands(name, capsys):
 def test_what_is_the_same_is_called_the_same(name):
     found = command(name).parser()
     actions = {option: action for action in found._actions for option in action.option_strings}
-    metavars = {
-        "--robot": {"ROBOT", "FILE"},
-        "--output": {"FILE", "FOLDER"},
-        "--json": {"FILE"},
-        "--mass": {"KG"},
-    }
-    metavars |= {
-        "--seed": {"N"},
-        "--save": {"FILE"},
-        "--speed": {"PERCENT"},
-        "--tick": {"S"},
-        "--length": {"S"},
-    }
+    metavars = {"--robot": {"ROBOT", "FILE"}, "--output": {"FILE", "FOLDER"}, "--json": {"FILE"}}
+    metavars |= {"--mass": {"KG"}, "--seed": {"N"}, "--save": {"FILE"}, "--speed": {"PERCENT"}}
+    metavars |= {"--tick": {"S"}, "--length": {"S"}}
     for option in metavars.keys() & actions.keys():
         assert actions[option].metavar in metavars[option]
     assert ("--output" in actions) == ("-o" in actions)

@@ -7,17 +7,25 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.identification.fit.fit_file import write_fit
 
 from ...parts.small import small_fit, two_joint_files
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """The working folder, with fit.json, and loaded.mcap that does not state its payload of 3 kg."""
-    write_fit(small_fit.fit(), tmp_path / "fit.json")
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """fit.json, runs, and loaded.mcap, which does not state its payload of 3 kg."""
+    folder = tmp_path_factory.mktemp("contact")
+    small_fit.fit().save(folder / "fit.json")
     runs = [two_joint_files.run(f"free{k}", 3 + k, 9 + k) for k in range(2)]
-    two_joint_files.write(tmp_path, *runs, two_joint_files.run("empty"), two_joint_files.loaded())
+    two_joint_files.write(folder, *runs, two_joint_files.run("empty"), two_joint_files.loaded())
+    return folder
+
+
+@pytest.fixture
+def folder(files, tmp_path, monkeypatch):
+    """The working folder, with links to the files."""
+    for file in files.iterdir():
+        (tmp_path / file.name).symlink_to(file)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

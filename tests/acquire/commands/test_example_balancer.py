@@ -1,12 +1,10 @@
 """The balancer's example: its steps in short, and its statements about them, right or wrong."""
 
-import shlex
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.example_command import run
 from exidyn.acquire.examples import example_balancer
 from exidyn.acquire.examples.example_balancer import words
@@ -102,18 +100,3 @@ def test_the_prior_has_no_balancer_and_is_right_otherwise():
     assert lost == {"Kr", "K0"}
     values = dict(zip(arm.truth.names, arm.truth.nominal_values, strict=True))
     assert [values[name] for name in arm.nominal.names] == list(arm.nominal.nominal_values)
-
-
-def test_commands_are_printed_as_they_would_be_run(tmp_path, capsys):
-    folder = tmp_path / "with space"
-    assert main(["example", "balancer", "--commands", "--output", str(folder)]) == 0
-    lines = [shlex.split(line) for line in capsys.readouterr().out.splitlines()]
-    expected = example_balancer.steps(folder, 30.0, None)
-    assert lines == [["exidyn", one.command, *one.arguments] for one in expected]
-    assert {"robot.toml", "truth.toml", "truth-loaded.toml"} == {path.name for path in folder.iterdir()}
-
-
-def test_recordings_are_not_written_over(tmp_path, capsys):
-    (tmp_path / "other.mcap").write_bytes(b"")
-    assert main(["example", "balancer", "--output", str(tmp_path)]) == REFUSED
-    assert "is not overwritten" in capsys.readouterr().err

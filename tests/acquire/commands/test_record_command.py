@@ -63,23 +63,18 @@ def test_what_cannot_be_is_refused_in_a_line_before_anything_else(arguments, mor
     assert not list(tmp_path.glob("*.mcap*"))
 
 
-@pytest.mark.parametrize("value", ["fast", "0", "120", "nan"])
-def test_a_speed_that_is_none_is_reported_without_a_page_of_usage(arguments, value, capsys):
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [("--speed", value, value) for value in ("fast", "0", "120", "nan")]
+    + [("--temperature", value, "no winding withstands more than 180") for value in ("1e9", "180.1")]
+    + [("--temperature", "inf", "--temperature")],
+)
+def test_a_speed_or_temperature_that_cannot_be_is_reported_in_a_line(arguments, option, value, words, capsys):
     with pytest.raises(SystemExit) as ended:
-        main([*arguments, "--speed", value])
-    assert ended.value.code == REFUSED
-    printed = capsys.readouterr().err.splitlines()
-    assert len(printed) == 1
-    assert value in printed[-1]
-
-
-@pytest.mark.parametrize("degrees", ["1e9", "180.1", "inf"])
-def test_a_temperature_that_no_winding_bears_is_refused(arguments, degrees, capsys):
-    with pytest.raises(SystemExit) as ended:
-        main([*arguments, "--temperature", degrees])
+        main([*arguments, option, value])
     assert ended.value.code == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert "no winding withstands more than 180" in line or degrees == "inf"
+    assert words in line
 
 
 @pytest.mark.parametrize(
@@ -100,27 +95,24 @@ def test_a_run_of_more_than_an_hour_has_to_be_meant(speed):
         check_duration(3601.0 * speed, speed, False)
 
 
-def test_a_run_prints_where_it_is_and_what_to_do_with_it(arguments, capsys):
-    assert main(arguments) == 0
-    printed = capsys.readouterr()
-    assert "written: run.mcap; exidyn identify run.mcap" in printed.err
-    assert "0 in which a joint was silent" in printed.out
-    assert read_recording("run.mcap").outcome["stop"] == "none"
-
-
-def test_a_run_of_a_motion_for_a_payload_is_followed_by_payload(arguments, capsys):
+def test_a_run_prints_where_it_is_how_long_it_takes_and_what_to_do_with_it(arguments, capsys, tmp_path):
     path = Path(arguments[1])
-    plan = parse_plan(path.read_text())
-    write_plan(replace(plan, details={**plan.details, "payload": "any up to 4 kg"}), path)
-    assert main(arguments) == 0
-    assert "exidyn payload run.mcap --fit FIT identifies the payload" in capsys.readouterr().err
-
-
-def test_how_long_it_takes_and_how_large_it_gets_is_stated_before(arguments, capsys, tmp_path):
-    assert main(arguments) == 0
-    found = re.search(r"takes: +(\d+) s, a recording of about ([\d.]+) MB", capsys.readouterr().err)
-    assert float(found[1]) == round(motion().duration)
-    assert 1e6 * float(found[2]) == pytest.approx((tmp_path / "run.mcap").stat().st_size, rel=0.25)
+    planned = parse_plan(path.read_text())
+    for followed_by, details in (
+        ("exidyn identify run.mcap", {}),
+        ("exidyn payload run.mcap --fit FIT identifies the payload", {"payload": "any up to 4 kg"}),
+    ):
+        write_plan(replace(planned, details=planned.details | details), path)
+        assert main([*arguments, "--output", "run.mcap"]) == 0
+        printed = capsys.readouterr()
+        assert "written: run.mcap; " in printed.err
+        assert followed_by in printed.err
+        assert "0 in which a joint was silent" in printed.out
+        takes = re.search(r"takes: +(\d+) s, a recording of about ([\d.]+) MB", printed.err)
+        assert float(takes[1]) == round(motion().duration)
+        assert 1e6 * float(takes[2]) == pytest.approx(Path("run.mcap").stat().st_size, rel=0.25)
+        assert read_recording("run.mcap").outcome["stop"] == "none"
+        Path("run.mcap").unlink()
 
 
 def test_the_simulated_arm_is_not_the_one_in_the_robot_file(arguments, tmp_path):

@@ -12,7 +12,6 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
 from exidyn.acquire.files.report_files import comparison_table, read_comparison, read_shown
 from exidyn.acquire.terminal.json_output import json_text
-from exidyn.identification.diagnosis import Remainder
 from exidyn.identification.diagnosis.improved.forward import Forward
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.verdict import certainty
@@ -29,7 +28,7 @@ from exidyn.identification.simulation.predicted import as_nominal, predicted
 from ...identify.simulation.test_compare import made
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.report_pages import Page, known_fit
-from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
+from ...parts.small.small_diagnosis import nominal_model, recordings, with_remainder
 from ...parts.small.two_joint_files import of_another_arm, write
 
 pytestmark = pytest.mark.slow
@@ -37,15 +36,9 @@ pytestmark = pytest.mark.slow
 RUNS = ("identify0.mcap", "identify1.mcap", "validate2.mcap")
 
 
-@cache
-def small():
-    """The diagnosis of a spring at the elbow, and something without a name on the shoulder."""
-    return replace(diagnosis(), remainders=(Remainder(0, 1.6, 0.99, "position"),))
-
-
 def simulated():
     """As if the arm without the spring had missed a tenth of the torque, and with it nothing."""
-    trace = small().evidence.traces[0]
+    trace = with_remainder().evidence.traces[0]
     before, after = 0.9 * trace.measured, 1.0 * trace.measured
     missed = np.array([1e-3, 2e-3])
     return Forward(trace.name, trace.time, trace.measured, before, after, trace.weight, missed, ("backlash",))
@@ -69,7 +62,7 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     write(folder, *recordings())
     write_fit(fit(), folder / "fit.json")
-    write_diagnosis(small(), simulated(), fit(), folder / "diagnosis")
+    write_diagnosis(with_remainder(), simulated(), fit(), folder / "diagnosis")
     good = compare(made("better", 12.0, seed=1), made("real", 12.0, seed=2))
     for name, found in (("worse", comparison()), ("better", good)):
         (folder / f"{name}.json").write_text(json_text(comparison_table(found, [])))
@@ -171,7 +164,7 @@ def test_comparisons_are_shown_as_they_were_written(page, files):
 
 def test_a_diagnosis_reads_back(files):
     ours, theirs = (
-        Shown.of(small(), str(files / "diagnosis"), simulated()),
+        Shown.of(with_remainder(), str(files / "diagnosis"), simulated()),
         read_shown(files / "diagnosis" / "diagnosis.json"),
     )
     assert diagnosis_document(theirs).sections[0] == diagnosis_document(ours).sections[0]
@@ -208,7 +201,8 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
 
 
 def test_a_diagnosis_that_found_nothing_brings_no_fit_with_what_was_found(files, tmp_path):
-    nothing = replace(small(), findings=(), budget=None, located=(), held_out=(), torque_rms_before=None)
+    nothing = replace(with_remainder(), findings=(), budget=None, located=(), held_out=())
+    nothing = replace(nothing, torque_rms_before=None)
     write_diagnosis(nothing, None, fit(), tmp_path / "diagnosis")
     (tmp_path / "diagnosis" / "traces.npz").unlink()  # of the spring that was found
     write_fit(fit(), tmp_path / "fit.json")

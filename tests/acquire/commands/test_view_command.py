@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,13 +16,11 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
 from exidyn.acquire.files.report_files import read_shown
-from exidyn.acquire.views import viewers
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.parts import COLORS
 from exidyn.acquire.views.suspects import MAX_MOMENTS, moments, windowed_rms
 from exidyn.identification.arm.newton_euler import link_poses
-from exidyn.identification.diagnosis import Remainder
 from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
@@ -30,28 +28,14 @@ from exidyn.identification.recordings.recording import Event
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.report_pages import known_fit
-from ...parts.pages.rerun_viewer import (
-    complaints,
-    headless_viewer,
-    numbers,
-    numbers_nested,
-    read,
-    seconds,
-    settled,
-)
-from ...parts.small.small_diagnosis import diagnosis, nominal_model, recordings
+from ...parts.pages.rerun_viewer import numbers, numbers_nested, read, require_drawn, seconds
+from ...parts.small.small_diagnosis import nominal_model, recordings, with_remainder
 from ...parts.small.two_joint_files import run, write
 from ..views.test_live_view import coloured, free_port
 
 pytestmark = pytest.mark.clocked(patient=True)
 
 NAMED = "Joint spring of joint 2 (elbow)"
-
-
-@cache
-def small():
-    """The diagnosis of a spring at the elbow, and something without a name on the shoulder."""
-    return replace(diagnosis(), remainders=(Remainder(0, 1.6, 0.99, "position"),))
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +45,7 @@ def files(tmp_path_factory):
     happened = (Event(1.5, "stop", "shoulder is too fast"),)
     write(folder, replace(run("run"), events=happened))
     write_fit(known_fit(), folder / "fit.json")
-    write_diagnosis(small(), None, None, folder)
+    write_diagnosis(with_remainder(), None, None, folder)
     return folder
 
 
@@ -133,7 +117,7 @@ def test_a_fit_alone_has_its_parameters_and_the_arm(files, tmp_path):
 
 
 def test_a_finding_has_its_residual_without_and_with_it(diagnosed, files):
-    for trace in small().evidence.traces:
+    for trace in with_remainder().evidence.traces:
         slides = trace.weight[:, 1] > 0
         entity = f"/runs/{trace.name}/residuals/{NAMED}"
         before, after = (numbers(diagnosed, f"{entity}/{name}") for name in ("1 before", "2 after"))
@@ -141,11 +125,11 @@ def test_a_finding_has_its_residual_without_and_with_it(diagnosed, files):
         np.testing.assert_allclose((before - after)[slides], trace.explained[0, slides, 1], atol=1e-5)
         assert np.all(np.isnan(before[~slides]))
         noise = numbers(diagnosed, f"{entity}/3 noise")[0]
-        assert noise == pytest.approx(small().evidence.noise[1])
+        assert noise == pytest.approx(with_remainder().evidence.noise[1])
 
 
 def test_a_finding_shows_where_its_torque_is_large(diagnosed):
-    for trace in small().evidence.traces:
+    for trace in with_remainder().evidence.traces:
         bar = np.isfinite(numbers(diagnosed, f"/runs/{trace.name}/residuals/{NAMED}/4 moments"))
         torque = trace.explained[0, :, 1] * trace.weight[:, 1]
         assert 0.0 < np.mean(bar) < 0.8
@@ -157,7 +141,7 @@ def test_a_finding_shows_where_its_torque_is_large(diagnosed):
 
 
 def test_a_ball_is_on_the_joint_while_its_finding_shows(diagnosed):
-    trace = small().evidence.traces[0]
+    trace = with_remainder().evidence.traces[0]
     entity = f"/arm in {trace.name}/marks/{NAMED}"
     sizes, times = numbers(diagnosed, entity, "Points3D:radii"), seconds(diagnosed, entity)
     order = np.argsort(times)
@@ -168,7 +152,7 @@ def test_a_ball_is_on_the_joint_while_its_finding_shows(diagnosed):
 
 
 def test_what_has_no_name_is_shown_on_its_joint(diagnosed):
-    trace = small().evidence.traces[0]
+    trace = with_remainder().evidence.traces[0]
     slides = trace.weight[:, 0] > 0
     found = numbers(
         diagnosed, f"/runs/{trace.name}/residuals/Unexplained torque of joint 1 (shoulder)/1 before"
@@ -183,14 +167,14 @@ def test_words_have_the_numbers_of_the_diagnosis(diagnosed, files):
     }
     table = json.loads((files / "diagnosis.json").read_text())
     assert all(line in texts["verdict"] for line in table["verdict"])
-    spring = small().findings[0].parameters["Ks2"]
+    spring = with_remainder().findings[0].parameters["Ks2"]
     match = re.search(r"\| +Ks2 \| ([\d.]+) \| ([\d.]+) \| N m/rad \|", texts["verdict"])
     assert match is not None
     assert float(match[1]) == pytest.approx(spring.value, abs=0.5 * spring.std)
     assert float(match[2]) == pytest.approx(1.96 * spring.std, rel=0.3)
     cells = [line.split("|")[3] for line in texts["budget"].splitlines() if line.startswith("| ")]
     assert sum(int(cell.partition("%")[0]) for cell in cells if "%" in cell) == 100
-    known = small()
+    known = with_remainder()
     row = next(line for line in texts["verdict"].splitlines() if line.startswith("| Joint 2 (elbow) | N m |"))
     over_noise = known.budget.before_rms[1] / known.noise[1]
     assert float(row.split("|")[7]) == pytest.approx(over_noise, rel=1e-3)
@@ -239,7 +223,7 @@ def test_traces_are_those_of_the_evidence(files):
     found = read_shown(files / "diagnosis.json")
     assert found.model.names == nominal_model().names
     assert [trace.role for trace in found.traces] == ["validate", "identify", "identify"]
-    for ours, theirs in zip(found.traces, small().evidence.traces, strict=True):
+    for ours, theirs in zip(found.traces, with_remainder().evidence.traces, strict=True):
         assert ours.name == theirs.name
         np.testing.assert_array_equal(ours.time, theirs.time)
         np.testing.assert_allclose(ours.explained, theirs.explained, rtol=1e-6)
@@ -282,13 +266,9 @@ def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp
 )
 def test_window_shows_every_view_without_complaint(name, count, files, monkeypatch):
     position = read_recording(files / "run.mcap").signals["position"]
-    runs = small().evidence.traces if "diagnosis" in name else [position]
-    with headless_viewer() as (client, address):
-        monkeypatch.setattr(viewers, "open_window", lambda: address)
-        assert main(["view", str(files / name)]) == 0
-        state = settled(client, max(run.time[-1] for run in runs), count, attempts=100)
-    assert len(state.views) == count
-    assert not complaints(state)
+    runs = with_remainder().evidence.traces if "diagnosis" in name else [position]
+    end = max(run.time[-1] for run in runs)
+    require_drawn(lambda: main(["view", str(files / name)]), end, count, monkeypatch)
 
 
 def gone(group):

@@ -12,15 +12,7 @@ from exidyn.identification.contact.alarms import Alarm
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.contact.observer import Estimates
 
-from ...parts.pages.rerun_viewer import (
-    complaints,
-    headless_viewer,
-    numbers,
-    numbers_nested,
-    read,
-    seconds,
-    settled,
-)
+from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
 from ...parts.small import small_fit, two_joints
 
 pytestmark = pytest.mark.slow
@@ -50,9 +42,7 @@ def result():
 
 @pytest.fixture(scope="module")
 def chunks(result, tmp_path_factory):
-    path = tmp_path_factory.mktemp("view") / "contact.rrd"
-    viewers.show(contact_view(result, "N m"), Targets(save=path))
-    return read(path)
+    return saved(contact_view(result, "N m"), tmp_path_factory.mktemp("view") / "contact.rrd")
 
 
 def test_torques_lie_between_their_thresholds(chunks):
@@ -77,11 +67,7 @@ def test_the_arrow_stands_at_the_flange_along_the_force(chunks):
     np.testing.assert_allclose(origins[-1], flange_position(robot.kinematics, robot.flange, last), atol=1e-6)
 
 
-def test_viewer_shows_the_view_without_complaint(result, tmp_path, monkeypatch):
-    with headless_viewer() as (client, address):
-        monkeypatch.setattr(viewers, "open_window", lambda: address)
-        viewers.show(contact_view(result, "N m"), Targets(view=True))
-        state = settled(client, TIME[-1], 5)
-        (tmp_path / "view.png").write_bytes(client.take_screenshot())
-    assert len(state.views) == 5  # two joints, the force, the arm, and the contacts
-    assert not complaints(state)
+def test_viewer_shows_the_view_without_complaint(result, monkeypatch):
+    """Two joints, the force, the arm, and the contacts."""
+    view = contact_view(result, "N m")
+    require_drawn(lambda: viewers.show(view, Targets(view=True)), TIME[-1], 5, monkeypatch)

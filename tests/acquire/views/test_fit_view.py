@@ -13,16 +13,7 @@ from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.fit.verdict import verdict
 
 from ...parts.pages.report_pages import known_fit
-from ...parts.pages.rerun_viewer import (
-    complaints,
-    headless_viewer,
-    last_time,
-    numbers,
-    numbers_nested,
-    read,
-    seconds,
-    settled,
-)
+from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
 
 
 @pytest.fixture(scope="module")
@@ -32,13 +23,7 @@ def fit():
 
 @pytest.fixture(scope="module")
 def chunks(fit, tmp_path_factory):
-    path = tmp_path_factory.mktemp("view") / "fit.rrd"
-    return saved(fit, path)
-
-
-def saved(fit, path):
-    viewers.show(fit_view(fit), Targets(save=path))
-    return read(path)
+    return saved(fit_view(fit), tmp_path_factory.mktemp("view") / "fit.rrd")
 
 
 def runs_of(fit):
@@ -97,7 +82,7 @@ def test_bars_are_the_intervals_in_per_cent(chunks, fit):
 
 
 def test_fit_without_samples_saves_what_it_has(fit, tmp_path):
-    chunks = saved(replace(fit, agreement=(), validation=()), tmp_path / "bare.rrd")
+    chunks = saved(fit_view(replace(fit, agreement=(), validation=())), tmp_path / "bare.rrd")
     entities = {entity for entity, _ in chunks}
     assert {"/verdict", "/parameters/table", "/parameters/interval", "/arm/moves"} <= entities
     assert not any(entity.startswith("/runs") for entity in entities)
@@ -105,23 +90,16 @@ def test_fit_without_samples_saves_what_it_has(fit, tmp_path):
 
 def test_run_without_positions_has_no_arm(fit, tmp_path):
     still = replace(fit, agreement=(), validation=(replace(fit.validation[0], position=None),))
-    entities = {entity for entity, _ in saved(still, tmp_path / "still.rrd")}
+    entities = {entity for entity, _ in saved(fit_view(still), tmp_path / "still.rrd")}
     assert any(entity.startswith("/runs") for entity in entities)
     assert not any(entity.startswith("/arm") for entity in entities)
 
 
-def test_viewer_shows_every_view_without_complaint(fit, tmp_path, monkeypatch):
+def test_viewer_shows_every_view_without_complaint(fit, monkeypatch):
     end = max(run.time[-1] for run in runs_of(fit))
     # a plot a joint, the ratio and the arm of each run, and three views beside them
     expected = len(runs_of(fit)) * 4 + 3
-    with headless_viewer() as (client, address):
-        monkeypatch.setattr(viewers, "open_window", lambda: address)
-        viewers.show(fit_view(fit), Targets(view=True))
-        state = settled(client, end, expected)
-        picture = client.take_screenshot()
-    assert last_time(state) == pytest.approx(end, abs=1e-6)
-    assert len(state.views) == expected
-    assert not complaints(state)
-    (tmp_path / "view.png").write_bytes(picture)
+    view = fit_view(fit)
+    picture = require_drawn(lambda: viewers.show(view, Targets(view=True)), end, expected, monkeypatch)
     width, height = struct.unpack(">II", picture[16:24])
     assert min(width, height) >= 600

@@ -11,16 +11,7 @@ from exidyn.acquire.views.live_view import Targets
 from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.in_mujoco.replay import Run
 
-from ...parts.pages.rerun_viewer import (
-    complaints,
-    headless_viewer,
-    last_time,
-    numbers,
-    numbers_nested,
-    read,
-    seconds,
-    settled,
-)
+from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
 from ...parts.small import two_joints
 
 pytestmark = pytest.mark.slow
@@ -48,9 +39,7 @@ def gap():
 
 @pytest.fixture(scope="module")
 def chunks(gap, tmp_path_factory):
-    path = tmp_path_factory.mktemp("view") / "gap.rrd"
-    viewers.show(gap_view(gap, MODEL), Targets(save=path))
-    return read(path)
+    return saved(gap_view(gap, MODEL), tmp_path_factory.mktemp("view") / "gap.rrd")
 
 
 def test_lines_are_simulated_less_recorded(chunks):
@@ -66,17 +55,10 @@ def test_each_arm_moves_as_it_did(chunks, which, away):
     entity = f"/{which} in two/moves"
     place = numbers_nested(chunks, entity, "Transform3D:translation", 3).reshape(-1, 2, 3)
     at = np.searchsorted(TIME, seconds(chunks, entity)[::2] - 1e-6)
-    np.testing.assert_allclose(
-        place, link_poses(MODEL.robot.kinematics, PLACE[at] + away)[:, :, :3], atol=1e-6
-    )
+    expected = link_poses(MODEL.robot.kinematics, PLACE[at] + away)[:, :, :3]
+    np.testing.assert_allclose(place, expected, atol=1e-6)
 
 
-def test_viewer_shows_every_view_without_complaint(gap, tmp_path, monkeypatch):
-    with headless_viewer() as (client, address):
-        monkeypatch.setattr(viewers, "open_window", lambda: address)
-        viewers.show(gap_view(gap, MODEL), Targets(view=True))
-        state = settled(client, TIME[-1], 6)
-        (tmp_path / "view.png").write_bytes(client.take_screenshot())
-    assert last_time(state) == pytest.approx(TIME[-1], abs=1e-6)
-    assert len(state.views) == 6  # two joints and the arms, in each of two runs
-    assert not complaints(state)
+def test_viewer_shows_every_view_without_complaint(gap, monkeypatch):
+    """Two joints and the arms, in each of two runs."""
+    require_drawn(lambda: viewers.show(gap_view(gap, MODEL), Targets(view=True)), TIME[-1], 6, monkeypatch)

@@ -32,7 +32,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.live_frames import frames, measured
-from ...parts.pages.rerun_viewer import complaints, last_time, numbers, numbers_nested, read, seconds, settled
+from ...parts.pages.rerun_viewer import numbers, numbers_nested, read, require_all, seconds, settled
 from ...parts.small import two_joints
 from ...parts.system_needs import VULKAN
 
@@ -253,9 +253,8 @@ def test_arm_moves_as_measured(chunks, model):
     at = np.rint(seconds(chunks, "/arm/moves") * 500).astype(int).reshape(-1, 6)[:, 0]
     assert len(at) > 45 * SECONDS
     poses = link_poses(model.robot.kinematics, position[at]).reshape(-1, 7)
-    np.testing.assert_allclose(
-        numbers_nested(chunks, "/arm/moves", "Transform3D:translation", 3), poses[:, :3], atol=1e-6
-    )
+    place = numbers_nested(chunks, "/arm/moves", "Transform3D:translation", 3)
+    np.testing.assert_allclose(place, poses[:, :3], atol=1e-6)
     turn = numbers_nested(chunks, "/arm/moves", "Transform3D:quaternion", 4)
     np.testing.assert_allclose(np.abs(np.sum(turn * poses[:, 3:], axis=1)), 1.0, atol=1e-6)
     (first,) = chunks["/arm/moves", "Transform3D:child_frame"][0].to_pylist()[0]
@@ -384,10 +383,7 @@ def test_window_shows_every_view_without_complaint_and_lives_on(run, tmp_path, m
         end = SECONDS - 0.002
         state = settled(client, end, VIEWS)
         picture = client.take_screenshot()
-    assert last_time(state) == pytest.approx(end, abs=1e-6)
-    assert len(state.views) == VIEWS
-    assert not complaints(state)
-    (tmp_path / "native.png").write_bytes(picture)
+    require_all(state, end, VIEWS)
     assert all(count > 100 for count in coloured(picture)[:6])
 
 
@@ -428,6 +424,4 @@ def test_browser_shows_the_run(tmp_path):
             pictures.append(browser.picture())
             return all(count > 100 for count in coloured(pictures[-1])[:2])
 
-        found = wait_for(is_drawn, 150.0)
-        (tmp_path / "browser.png").write_bytes(pictures[-1])
-        assert found
+        assert wait_for(is_drawn, 150.0)

@@ -18,16 +18,7 @@ from exidyn.identification.robot_files.surroundings import Obstacle
 from exidyn.trajectories.plans.plan_check import nominal_torque
 from exidyn.trajectories.plans.plan_space import space_of
 
-from ...parts.pages.rerun_viewer import (
-    complaints,
-    headless_viewer,
-    last_time,
-    numbers,
-    numbers_nested,
-    read,
-    seconds,
-    settled,
-)
+from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
 from ...parts.plans.plans import fourier, known_plan
 from ...parts.small import two_joints
 from ...trajectories.plans.test_plan_plots import BODY
@@ -53,9 +44,7 @@ def plan():
 
 @pytest.fixture(scope="module")
 def chunks(plan, tmp_path_factory):
-    path = tmp_path_factory.mktemp("view") / "plan.rrd"
-    viewers.show(plan_view(plan, MODEL, around(plan)), Targets(save=path))
-    return read(path)
+    return saved(plan_view(plan, MODEL, around(plan)), tmp_path_factory.mktemp("view") / "plan.rrd")
 
 
 def test_curves_read_back_are_those_of_the_trajectory(chunks, plan):
@@ -130,10 +119,5 @@ def test_viewer_shows_every_view_without_complaint(plan, limited, monkeypatch):
     end = plan.trajectory.every(plan.tick).time[-1]
     # five quantities together, five of each of two joints, the arm and the summary
     expected = 5 + 5 * 2 + 2
-    with headless_viewer() as (client, address):
-        monkeypatch.setattr(viewers, "open_window", lambda: address)
-        viewers.show(plan_view(plan, MODEL, around(plan)), Targets(view=True))
-        state = settled(client, end, expected)
-    assert last_time(state) == pytest.approx(end, abs=1e-6)
-    assert len(state.views) == expected
-    assert not complaints(state)
+    view = plan_view(plan, MODEL, around(plan))
+    require_drawn(lambda: viewers.show(view, Targets(view=True)), end, expected, monkeypatch)

@@ -94,9 +94,9 @@ def test_friction_with_a_memory_goes_on_from_piece_to_piece(model):
     assert np.max(np.abs(torques.residual[later])) < 0.2  # of 20 N m
 
 
-@pytest.mark.parametrize("cycle", [0.001, 0.002, 0.004, 0.012])
+@pytest.mark.parametrize("cycle", [0.001, 0.012])
 def test_torques_are_as_old_as_stated(model, cycle):
-    motion, position, current = moving(model, 2.0, rate=1 / cycle)
+    motion, position, current = moving(model, 1.0, rate=1 / cycle)
     live = LiveResidual(model, cycle)
     torques = run(live, model, motion.time, position, current, piece=1)
     assert live.delay <= 0.085

@@ -11,6 +11,9 @@ import pytest
 import rerun.chunk
 from rerun.experimental import ViewerClient
 
+from exidyn.acquire.views import viewers
+from exidyn.acquire.views.live_view import Targets
+
 from ..system_needs import VULKAN
 
 
@@ -37,6 +40,12 @@ def seconds(chunks, entity):
 def numbers_nested(chunks, entity, column, width):
     parts = [array.flatten().flatten().to_numpy(zero_copy_only=False) for array in chunks[entity, column]]
     return np.concatenate(parts).reshape(-1, width)
+
+
+def saved(view, path):
+    """Columns of a view that is saved in a file."""
+    viewers.show(view, Targets(save=path))
+    return read(path)
 
 
 @contextmanager
@@ -76,3 +85,20 @@ def settled(client, end, views, attempts=300):
             break
         time.sleep(0.2)
     return state
+
+
+def require_drawn(show, end, views, monkeypatch):
+    """A picture of the window that `show` opens: all is drawn up to a time [s], in so many views."""
+    with headless_viewer() as (client, address):
+        monkeypatch.setattr(viewers, "open_window", lambda: address)
+        show()
+        state = settled(client, end, views)
+        picture = client.take_screenshot()
+    require_all(state, end, views)
+    return picture
+
+
+def require_all(state, end, views):
+    assert last_time(state) == pytest.approx(end, abs=1e-6)
+    assert len(state.views) == views
+    assert not complaints(state)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, diagnose
+from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, Remainder, diagnose
 from exidyn.identification.diagnosis.candidates import hypotheses
 from exidyn.identification.diagnosis.findings.quantities import alternative
 from exidyn.identification.effects import JointSpring, Prior
@@ -53,6 +53,12 @@ def recordings(spring: float = STIFFNESS) -> list[Recording]:
 def diagnosis(spring: float = STIFFNESS) -> Diagnosis:
     runs = [(run.settings["role"], run) for run in recordings(spring)]
     return diagnose(nominal_model(), runs, "small")
+
+
+@cache
+def with_remainder() -> Diagnosis:
+    """The same, and something without a name on the shoulder."""
+    return replace(diagnosis(), remainders=(Remainder(0, 1.6, 0.99, "position"),))
 
 
 def instead(effect: str, joint: int | None, probability: float = 0.2) -> Hypothesis:
