@@ -12,7 +12,7 @@ import numpy as np
 from common import show
 
 from exidyn.acquire.run.stopping.watch import WatchLimits
-from exidyn.drivers import Driver
+from exidyn.drivers import Driver, DriverError
 
 from .controllers import ARMS, CONTROLLERS, NoBus, controller
 from .floor import APART, Floor, floor, move_away, on_the_loops
@@ -90,20 +90,15 @@ class Measured:
         return float(p50), float(p99), float(1e3 * np.median(counts.driver_work[STARTING:]))
 
 
-def patient(name: str) -> tuple[WatchLimits, dict[str, Any]]:
-    """Monitors and settings of a driver for such runs."""
-    if name == "franka":
-        return replace(PATIENT, delay=HELD_BACK + 0.1), {"buffer": HELD_BACK}
-    return PATIENT, {}
-
-
 def measure(name: str, seconds: float, folder: Path) -> Measured:
     """Run one driver for some seconds; its recording is in the folder.
 
     Raises:
         NoBus: This machine has no such bus.
     """
-    watch, settings = patient(name)
+    watch, settings = PATIENT, {}
+    if name == "franka":
+        watch, settings = replace(PATIENT, delay=HELD_BACK + 0.1), {"buffer": HELD_BACK}
     work = job(seconds, ARMS.get(name, COBOT), watch=watch)
     session = SESSIONS.get(name)
     sessions = [session(0.5 * seconds)] if session else []
@@ -163,13 +158,17 @@ def _of(lateness: Any, stamped: bool) -> tuple[float, float, float]:
 
 
 def measure_all(seconds: float, folder: Path, drivers: Collection[str]) -> dict[str, Measured]:
-    """Drivers, one after another; those without a bus on this machine are named and left out."""
-    found = {}
+    """Drivers, one after another; those without a bus, or whose peer is too late thrice, are named."""
+    found: dict[str, Measured] = {}
     for name in drivers or CONTROLLERS:
-        try:
-            found[name] = measure(name, seconds, folder)
-        except NoBus as error:
-            print(f"{name}: {error}")
+        for _ in range(3):
+            try:
+                found[name] = measure(name, seconds, folder)
+                break
+            except (NoBus, DriverError) as error:  # a busy machine can be too late to answer
+                print(f"{name}: {error}")
+                if isinstance(error, NoBus):
+                    break
     return found
 
 
