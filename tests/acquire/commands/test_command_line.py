@@ -6,7 +6,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -207,10 +206,10 @@ def test_help_does_not_load_the_libraries():
 
 
 def test_an_interruption_ends_quietly(monkeypatch, capsys):
-    def interrupted(_):
+    def interrupted(name, arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command_line, "command", lambda _: SimpleNamespace(main=interrupted))
+    monkeypatch.setattr(command_line, "run_command", interrupted)
     assert main(["info", "run.mcap"]) == INTERRUPTED
     assert capsys.readouterr().err == "exidyn: interrupted\n"
 

@@ -42,7 +42,7 @@ def test_both_files_are_written_and_the_torques_printed(folder, capsys):
 
 
 def test_options_and_json(folder, capsys):
-    arguments = ["--payload", "L", "--servos", "servos.xml", "--band", "0.1", "--friction", "50"]
+    arguments = ["--payload", "L", "--robot", "servos.xml", "--standstill", "0.1", "--friction", "50"]
     assert main(["compensate", "fit.json", *arguments, "-o", "arm.py", "--json", "-"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["band"], result["share"], result["written"]) == ([0.1, 0.1], 0.5, ["arm.py"])
@@ -69,12 +69,12 @@ def test_no_payload_has_a_name_as_in_contact(folder):
         (["--friction", "100"], "share of friction is 100 %; it must be at least 0 and below 100 %"),
         (["-o", "arm.m"], "--output arm.m: the name must end in .py or .hpp"),
         (
-            ["--servos", "half.xml"],
-            "--servos half.xml: not every joint of the fit has a position servo there",
+            ["--robot", "half.xml"],
+            "--robot half.xml: not every joint of the fit has a position servo there",
         ),
         (
-            ["--servos", "other.xml"],
-            "--servos other.xml: not every joint of the fit has a position servo there",
+            ["--robot", "other.xml"],
+            "--robot other.xml: not every joint of the fit has a position servo there",
         ),
         (["-o", "missing.json"], "the name must end in .py or .hpp"),
     ],

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from exidyn.acquire.command_line import COMMANDS, command
+from exidyn.acquire.commands import COMMANDS, command
+from exidyn.acquire.completion import SHELLS
 from exidyn.identification.diagnosis.candidates import KINDS
 from exidyn.identification.effects import EFFECTS
 
@@ -22,7 +23,7 @@ FILE = re.compile(r"[\w./-]+\.(?:toml|mcap|csv|json|urdf|xml)\b")
 YOUR_ARM = ROOT / "docs" / "your-own-arm.md"
 DEFAULTS = {"exidyn-example", "exidyn-fit", "exidyn-diagnosis"}
 """Folders that commands make unless told otherwise."""
-WRITES = ("-o", "--output", "--json", "--plan", "--save", ">")
+WRITES = ("-o", "--output", "--json", "--save", ">")
 
 
 def shell_lines(page: Path) -> list[str]:
@@ -68,6 +69,9 @@ def options(parser: argparse.ArgumentParser) -> set[str]:
 def test_command_lines_of_pages_are_understood(page):
     for line in shell_lines(page):
         for name, *rest in commands(line):
+            if name == "--completion":
+                assert rest[0] in SHELLS
+                continue
             try:
                 command(name).parser().parse_args(rest)
             except SystemExit:
@@ -105,6 +109,7 @@ def test_options_that_pages_name_exist(page):
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
     assert alone <= every | {
         "--arm",
+        "--completion",
         "--coverage",
         "--arms",
         "--resume",

@@ -62,7 +62,7 @@ def test_arrays_are_columns_named_by_their_place(tmp_path, name, in_process):
     [table] = read_tables(tmp_path / name)
     assert sorted(table.names) == ["i1", "i2", "q1", "q2", "t"]
     assert np.array_equal(table.values[:, table.names.index("q2")], np.degrees(motion()[:, 1]))
-    [found] = import_source(tmp_path / name, model(), degrees=True, time_scale=1e-3)
+    [found] = import_source(tmp_path / name, model(), degrees=True, units={"time": "ms"})
     assert found.name == name.partition(".")[0]
     assert set(found.signals) == {"position", "current"}
     np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-15)

@@ -73,7 +73,7 @@ def steps_back(t, q, i):
         (lambda t, q, i: (t, q, i), "x,q1,q2,i1,i2", "name it by exidyn import --columns time=NAME"),
         (lambda t, q, i: (t, q, i), "t,a,b,i1,i2", "by exidyn import --columns position=NAME,NAME"),
         (lambda t, q, i: (t, np.degrees(q), i), "t,q1,q2,i1,i2", "exidyn import --degrees"),
-        (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "exidyn import --time-scale 0.001"),
+        (lambda t, q, i: (1000 * t, q, i), "t,q1,q2,i1,i2", "exidyn import --units time=ms"),
         (at(slice(100, 103), 1, 1e20), "t,q1,q2,i1,i2", "run.csv line 102: run: position of elbow"),
         (lambda t, q, i: (t, q + [90, 0], i), "t,q1,q2,i1,i2", "shoulder is at"),
         (steps_back, "t,q1,q2,i1,i2", "at 1 of 4999 steps, first from 0.796"),

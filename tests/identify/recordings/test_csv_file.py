@@ -39,7 +39,7 @@ def test_a_table_with_mapped_names(tmp_path):
         tmp_path / "run.csv", "ms,A1,A2,J_axis1_amps,J_axis2_amps", motion(), noise(), time=TIME * 1000
     )
     columns = {"time": "ms", "position": ["A1", "A2"], "current": "J_{joint}_amps"}
-    [found] = import_source(path, model(), columns=columns, time_scale=1e-3)
+    [found] = import_source(path, model(), columns=columns, units={"time": "ms"})
     assert np.array_equal(found.signals["current"].values, noise())
     np.testing.assert_allclose(found.signals["current"].time, TIME, atol=1e-9)
 
@@ -67,7 +67,7 @@ def test_rows_are_skipped_and_stamps_begin_at_zero(tmp_path):
     time = TIME.copy()
     time[0] = 3000.0
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", motion(), noise(), time=time)
-    with pytest.raises(BadTime, match="--skip-rows"):
+    with pytest.raises(BadTime, match="skip_rows"):
         import_source(path, model())
     [found] = import_source(path, model(), skip_rows=1)
     assert len(found.signals["position"]) == len(TIME) - 1

@@ -123,7 +123,7 @@ def with_a_hole():
             NotFinite,
             r"joint2 is not finite in 3 of 1000 samples, first at 1\.000",
         ),
-        ({"time": 1000 * TIME}, BadUnit, "would be 500 Hz: import it with exidyn import --time-scale 0.001"),
+        ({"time": 1000 * TIME}, BadUnit, "would be 500 Hz: import it with exidyn import --units time=ms"),
         ({"position": motion() + [90.0, 0.0, 0.0]}, BadUnit, "joint1 is at 90.*like degrees: .*degrees=True"),
         ({"position": motion() * [1.0, 1.0, 1000.0]}, BadUnit, "joint3 is at .* m, .*looks like millimetres"),
         ({"temperature": np.full((1000, 3), 310.0)}, BadUnit, "looks like kelvin: subtract 273.15"),
