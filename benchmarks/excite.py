@@ -41,11 +41,7 @@ def against_peers(arm: Arm, quick: bool, kept: Kept) -> dict[str, Any]:
     budget = QUICK_BUDGET if quick else BUDGET
     tools: dict[str, Callable[[], PeerResult]] = {
         f"{name}, {many} harmonics": partial(search, arm, budget, 0, many)
-        for name, search in (
-            ("exidyn", ours),
-            ("random search", random_search),
-            ("SLSQP, differences", slsqp),
-        )
+        for name, search in SEARCHES.items()
         for many in (OURS if search is ours else HARMONICS)[: 1 if quick else None]
     }
     found = {

@@ -5,11 +5,9 @@ have is added to the measured torque, of such a size that what no nominal parame
 times what plain least squares leave on that joint. What is named beyond the background is right or false.
 """
 
-import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: times are those of one core
@@ -169,9 +167,6 @@ def main() -> None:
     options = parser(__doc__.splitlines()[0], SETS)
     options.add_argument("--cases", type=int, default=12, metavar="N", help="effects added to each set")
     options.add_argument("--seed", type=int, default=1, help="of the draws")
-    options.add_argument(
-        "--lines", type=Path, metavar="FILE", help="append each case to FILE as it is answered"
-    )
     chosen = options.parse_args()
     keys = chosen.only or (QUICK if chosen.quick else SETS)
     count = 2 if chosen.quick else chosen.cases
@@ -180,11 +175,7 @@ def main() -> None:
         if not (FOLDER / CASES[key].folder).is_dir():
             print(f"left out: {key}: no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
             continue
-        for one in answers(key, count, chosen.seed):
-            lines.append(one)
-            if chosen.lines:
-                with chosen.lines.open("a") as file:
-                    file.write(json.dumps(one) + "\n")
+        lines += answers(key, count, chosen.seed)
     if lines:
         report(lines)
         save(chosen.json, score(lines) | {"lines": lines})

@@ -52,8 +52,8 @@ TABLE_III = {
 }  # fmt: skip
 """Identified values and relative standard deviations of the paper [SI, %]; Fc6 as printed."""
 GAINS_III = ((-276, 1.15), (-427, 1.35), (-402, 1.23), (-295, 1.42), (-306, 1.25), (215, 1.32))
-METHODS = ("literal", "total", "mixed", "ml")
-KEYS = {"total": "tls", "literal": "tls_literal"}
+METHODS = ("literal", "ml")
+KEYS = {"literal": "tls_literal"}
 """What the figures call an estimator, where it is not by its own name."""
 QUICK_ARMS, ARMS = 10, 100
 QUICK_SECONDS = 12.0
@@ -105,7 +105,7 @@ def edit_test(estimates: dict[str, Estimate]) -> dict[str, Any]:
 
 
 def literal_and_its_cure() -> dict[str, np.ndarray]:
-    """Literal against weighted total least squares as noise and bandwidth grow."""
+    """Literal total least squares against maximum likelihood as noise and bandwidth grow."""
     figures, rows = {}, []
     for text, sensors, filtering in (
         ("1 % of rms, filters from the data", Sensors(), None),
@@ -118,7 +118,7 @@ def literal_and_its_cure() -> dict[str, np.ndarray]:
             rows.append([text, name, *gain_error(estimate), over_std(estimate, equations, "Kr")])
             figures[f"{name}, {text}"] = gain_error(estimate)
     header = ["current noise, band", "estimator", *(f"J{j + 1} %" for j in range(6)), "K_r/std"]
-    show("Unweighted total least squares fails as noise grows; row and column weights mend it", header, rows)
+    show("Unweighted total least squares fails as noise grows; maximum likelihood does not", header, rows)
     return figures
 
 

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from .errors import BadSettings
+from .host_clock import HOST, Clock
 from .settings import listed_joints
 from .values import Command, Sample
 
@@ -128,6 +129,9 @@ class Driver(ABC):
 
     fixed_joints: ClassVar[int] = 0
     """Number of joints of every arm of this controller; 0 if it drives arms with any number."""
+
+    clock: Clock = HOST
+    """Clock by which the driver and its run measure and wait."""
 
     def __init__(self, settings: Any, arm: Arm) -> None:
         self.settings = settings

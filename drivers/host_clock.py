@@ -1,6 +1,9 @@
 """Clock of the host: ticks at absolute deadlines, time stamps, pauses, and the usual time to an answer."""
 
+import select
 import time
+from collections.abc import Sequence
+from threading import Thread
 from typing import NamedTuple
 
 from .errors import BadSettings
@@ -9,9 +12,50 @@ WALL = time.time_ns() - time.monotonic_ns()
 """Offset of the monotonic clock [ns], read once so that host times never go back when the clock is set."""
 
 
-def host_time() -> int:
-    """Current time [ns since 1970], from the monotonic clock."""
-    return time.monotonic_ns() + WALL
+BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+"""Clock of Linux that also counts while a laptop is suspended."""
+
+
+class Clock:
+    """The clock by which drivers measure time, sleep, and wait for files and threads; here that of the host.
+
+    A simulation may replace it in `Driver.clock`.
+    """
+
+    monotonic = staticmethod(time.monotonic)
+    monotonic_ns = staticmethod(time.monotonic_ns)
+    sleep = staticmethod(time.sleep)
+
+    def host_time(self) -> int:
+        """Current time [ns since 1970], from the monotonic clock."""
+        return self.monotonic_ns() + WALL
+
+    def uptime_ns(self) -> int:
+        """Time since the host was started, suspended or not [ns]."""
+        return time.clock_gettime_ns(BOOT_CLOCK)
+
+    def age(self, arrival: int) -> int:
+        """Time since the kernel received something at its wall clock's `arrival` [ns]."""
+        return time.time_ns() - arrival
+
+    def readable(self, files: Sequence[int], timeout: float) -> bool:
+        """Wait until one of the files can be read, at most `timeout` [s]; returns whether one can."""
+        return bool(select.select(files, [], [], timeout)[0])
+
+    def writable(self, files: Sequence[int], timeout: float) -> bool:
+        """Wait until one of the files can be written, at most `timeout` [s]; returns whether one can."""
+        return bool(select.select([], files, [], timeout)[1])
+
+    def start(self, thread: Thread) -> None:
+        """Start a thread that uses this clock."""
+        thread.start()
+
+    def join(self, thread: Thread) -> None:
+        """Wait until such a thread has ended."""
+        thread.join()
+
+
+HOST = Clock()
 
 
 class Tick(NamedTuple):
@@ -25,28 +69,26 @@ class Tick(NamedTuple):
 class HostClock:
     """Ticks at start + k cycles. Deadlines missed by a late tick are skipped, never made up in a burst."""
 
-    def __init__(self, cycle: float) -> None:
-        self._cycle = round(cycle * 1e9)
+    def __init__(self, cycle: float, clock: Clock = HOST) -> None:
+        self._cycle, self._clock = round(cycle * 1e9), clock
         self._deadline = 0
         self._number = -1
 
     def wait(self) -> Tick:
         """Sleep until the next deadline; the first is one cycle after the first call."""
-        now = time.monotonic_ns()
+        now = self._clock.monotonic_ns()
         if not self._deadline:
             self._deadline = now
         self._deadline += self._cycle
         if now < self._deadline:
-            time.sleep((self._deadline - now) * 1e-9)
-        late = time.monotonic_ns() - self._deadline
+            self._clock.sleep((self._deadline - now) * 1e-9)
+        late = self._clock.monotonic_ns() - self._deadline
         skipped = max(late, 0) // self._cycle
         self._deadline += skipped * self._cycle
         self._number += 1 + skipped
         return Tick(self._number, late * 1e-9, skipped)
 
 
-BOOT_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
-"""Clock of Linux that also counts while a laptop is suspended."""
 EARLY = 0.8
 """Fraction of the drives' patience after which a pause counts [-]: drives may have received the last frame
 some time before the pause, for example a heartbeat, which is sent eight times per patience."""
@@ -59,26 +101,28 @@ class Pause:
 
     Args:
         patience: Silence of the host after which drives stop by themselves [s].
+        clock: Clock of the host.
 
     Attributes:
         count: Number of such pauses.
         seconds: Duration of the first pause [s]; 0.0 without pauses.
     """
 
-    def __init__(self, patience: float) -> None:
+    def __init__(self, patience: float, clock: Clock = HOST) -> None:
+        self._clock = clock
         self.patience, self.count, self.seconds = patience, 0, 0.0
         self._limit, self._last = EARLY * patience * 1e9, 0
 
     def begin(self) -> None:
         """Start measuring; earlier pauses do not count."""
-        self.count, self.seconds, self._last = 0, 0.0, time.clock_gettime_ns(BOOT_CLOCK)
+        self.count, self.seconds, self._last = 0, 0.0, self._clock.uptime_ns()
 
     def noticed(self) -> bool:
         """Whether sending is forbidden now because the silence before it was too long.
 
         Call this right before sending. It is true only once after a pause, so that a stop can be sent next.
         """
-        now = time.clock_gettime_ns(BOOT_CLOCK)
+        now = self._clock.uptime_ns()
         silent, self._last = now - self._last, now
         if silent <= self._limit or silent == now:
             return False
@@ -112,13 +156,13 @@ SHORTEST = 50e-6
 class AnswerTime:
     """The usual time between a question and the last of its answers."""
 
-    def __init__(self) -> None:
-        self._usual = 0.0
+    def __init__(self, clock: Clock = HOST) -> None:
+        self._usual, self._clock = 0.0, clock
 
     def sleep(self) -> None:
         """Sleep until the answers have usually arrived. Call this right after the question."""
         if self._usual >= SHORTEST:
-            time.sleep(self._usual)
+            self._clock.sleep(self._usual)
 
     def adjust(self, waited: bool) -> None:
         """Adjust the sleep once all answers are there; `waited` if some arrived after the sleep."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .host_clock import Tick, host_time
+from .host_clock import HOST, Clock, Tick
 from .values import SIGNALS, Sample
 
 DRIFT = 1e-4
@@ -42,9 +42,9 @@ class HostSamples:
 class ControllerSamples:
     """Creates samples of n joints and k parts of a state, with a cycle [s]; their times never go back."""
 
-    def __init__(self, joints: int, state: int, cycle: float) -> None:
+    def __init__(self, joints: int, state: int, cycle: float, clock: Clock = HOST) -> None:
         self.unknown, self.fresh = np.full(joints, np.nan), np.zeros(joints, bool)
-        self._no_state, self._cycle = np.full(state, np.nan), cycle
+        self._no_state, self._cycle, self._clock = np.full(state, np.nan), cycle, clock
         self._gone = 0  # cycles reported since the last measurement
         self._time = self._host_time = 0
         self._ahead = np.inf
@@ -83,7 +83,7 @@ class ControllerSamples:
         """Sample without a measurement, `gone` cycles after the last measurement."""
         skipped = max(gone - 1 - self._gone, 0)
         self._gone += 1 + skipped
-        self._host_time = max(self._host_time + 1, host_time())
+        self._host_time = max(self._host_time + 1, self._clock.host_time())
         nothing: dict[str, Any] = dict.fromkeys(SIGNALS, self.unknown)
         nothing |= {"skipped": skipped, "stale": ~self.fresh, "state": self._no_state}
         return Sample(self._host_time, self._time, **nothing, **fields)

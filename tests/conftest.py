@@ -8,11 +8,11 @@ import pytest
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that keep to the clock run one at a time; patient ones run beside one of them, file by file."""
+    """Tests run file by file; those that keep to the clock one at a time, but for patient ones."""
     for item in items:
-        if (clocked := item.get_closest_marker("clocked")) is not None:
-            group = item.path.name if clocked.kwargs.get("patient") else "clock"
-            item.add_marker(pytest.mark.xdist_group(group))
+        clocked = item.get_closest_marker("clocked")
+        alone = clocked is not None and not clocked.kwargs.get("patient")
+        item.add_marker(pytest.mark.xdist_group("clock" if alone else item.path.name))
 
 
 @pytest.fixture(scope="session")

@@ -8,8 +8,8 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import DifferentRobot, NotAFile
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
-from exidyn.identification.fit.verdict import counted
 from exidyn.identification.model import Model
+from exidyn.identification.notebook import counted
 from exidyn.identification.pages.report_document import Fitted, Material
 from exidyn.identification.pages.runs_document import Run
 from exidyn.identification.pages.shown import Shown

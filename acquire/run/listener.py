@@ -1,6 +1,5 @@
 """Listener: reads from a controller with unpowered drives, in its own thread, and commands nothing."""
 
-import time
 from collections import deque
 from dataclasses import dataclass
 from threading import Event, Lock, Thread
@@ -83,19 +82,19 @@ class Listener:
         return _reading(samples, self._states, events) if samples else None
 
     def __enter__(self) -> "Listener":
-        self._thread.start()
+        self._driver.clock.start(self._thread)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stopped.set()
-        self._thread.join()
+        self._driver.clock.join(self._thread)
 
     def _listen(self) -> None:
         try:
             while not self._stopped.is_set():
                 sample = checked(self._driver.exchange(None))
-                if time.monotonic() - self._last_query >= QUERY_PERIOD:
-                    self._last_query, self._states = time.monotonic(), self._driver.states()
+                if self._driver.clock.monotonic() - self._last_query >= QUERY_PERIOD:
+                    self._last_query, self._states = self._driver.clock.monotonic(), self._driver.states()
                 with self._lock:
                     self._samples.append(sample)
                     self._events.extend(sample.events)

@@ -202,7 +202,7 @@ class Loop:
         if not self._driver.in_real_time:
             return
         self._announcer.begin_cycle()
-        now = time.monotonic()
+        now = self._driver.clock.monotonic()
         if self._cycle_start:
             self.counts.block = max(self.counts.block, now - self._cycle_start - self._cycle_time)
         self._cycle_start = now

@@ -6,8 +6,9 @@ answer, the next frame may be that answer, and does not count as a measurement o
 answers in every cycle mean that two nodes have the same number; it is not known which of them is the joint.
 """
 
-import time
 from collections.abc import Callable, Sequence
+
+from ..host_clock import HOST, Clock
 
 TWICE = 3
 """Consecutive cycles with two different answers that prove two nodes: a slow answer explains two at most."""
@@ -23,13 +24,17 @@ class Answers:
         report: Called with an event, a sentence.
         may_skip: Whether a joint can be left out of a cycle. An answer that arrives in such a cycle is late;
             if none arrives, it was lost.
+        clock: Clock of the host.
 
     Attributes:
         fresh: Whether each joint has answered the question of this cycle.
         waiting: Number of joints whose answer is still missing.
     """
 
-    def __init__(self, names: Sequence[str], report: Callable[[str], None], may_skip: bool) -> None:
+    def __init__(
+        self, names: Sequence[str], report: Callable[[str], None], may_skip: bool, clock: Clock = HOST
+    ) -> None:
+        self._clock = clock
         self._names, self._report, self._may_skip = names, report, may_skip
         self.begin()
 
@@ -78,7 +83,7 @@ class Answers:
             return
         self._late[joint] = False
         self.waiting -= 1
-        self.fresh[joint] = time.monotonic() >= self._doubted_until[joint]
+        self.fresh[joint] = self._clock.monotonic() >= self._doubted_until[joint]
 
     def _can_ask(self, joint: int) -> bool:
         """Decide whether a missing answer was lost; returns whether the joint can be asked."""
@@ -105,7 +110,7 @@ class Answers:
         self.fresh[joint], self._second[joint] = False, True
         if self._twice[joint] + 1 < TWICE:
             return
-        now = time.monotonic()
+        now = self._clock.monotonic()
         if now >= self._doubted_until[joint]:
             self._report(
                 f"{self._names[joint]}: two different answers to one question. Do two nodes have the same "

@@ -2,7 +2,6 @@
 
 import logging
 import math
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,10 +10,10 @@ from typing import Any
 import can
 
 from ..errors import BadSettings, LinkLost
-from ..host_clock import Pause
+from ..host_clock import HOST, Clock, Pause
 from ..settings import setting
 from .claim import Claim
-from .transports import ERROR, IDENTIFIER, Frame, message, transport_of
+from .transports import ERROR, IDENTIFIER, Frame, transport_of
 
 PATIENCE = 0.1
 """Time for which reading or sending may fail continuously before the bus is given up [s]."""
@@ -85,9 +84,10 @@ for library in ("can", "canopen"):  # our errors contain their messages; without
 
 
 class CanBus:
-    """A python-can bus that tolerates noise; `canopen` and its reading thread use it as their bus, too.
+    """A python-can bus that tolerates noise; `canopen` sends with it, too.
 
     Attributes:
+        clock: Clock of the host.
         trouble: Why the bus can no longer be used; empty while it can.
         unreadable: Number of frames so far that could not be read, or were error frames.
 
@@ -97,7 +97,9 @@ class CanBus:
         LinkLost: If the bus cannot be opened.
     """
 
-    def __init__(self, interface: str, channel: str, bitrate: int, options: str = "") -> None:
+    def __init__(
+        self, interface: str, channel: str, bitrate: int, options: str = "", clock: Clock = HOST
+    ) -> None:
         require_interface(interface)
         more = read_options(options)
         self._claim = Claim(f"CAN bus {interface} {channel} {more.get('port', '')}".strip())
@@ -109,6 +111,7 @@ class CanBus:
             self._claim.release()
             raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
         self._transport = transport_of(self._bus, interface, channel, more)
+        self.clock = self._transport.clock = clock
         self.trouble = ""
         self.unreadable = 0
         self.channel_info = f"{interface} {channel}"
@@ -156,18 +159,10 @@ class CanBus:
             return None
         return received
 
-    def recv(self, timeout: float | None = 0.0) -> can.Message | None:
-        received = self.receive(timeout or 0.0)
-        return None if received is None else message(*received)
-
     def events(self) -> list[str]:
         """Events since the last call; the same event is reported only once."""
         events, self._events = self._events, []
         return events
-
-    def fileno(self) -> int:
-        """Not available, so that a reading thread uses `recv`."""
-        raise NotImplementedError
 
     def shutdown(self) -> None:
         """Release the bus; never raises."""
@@ -179,7 +174,7 @@ class CanBus:
         self._claim.release()
 
     def _failed(self, operation: str, error: Exception) -> None:
-        now = time.monotonic()
+        now = self.clock.monotonic()
         since = self._failing[operation] = self._failing[operation] or now
         self._report(f"a CAN frame could not be {operation}: {type(error).__name__}: {error}")
         if now - since > PATIENCE and not self.trouble:

@@ -3,7 +3,6 @@
 There is no thread. Frames that are not understood are ignored.
 """
 
-import time
 from abc import ABC, abstractmethod
 from typing import Any, Generic, TypeVar
 
@@ -41,12 +40,12 @@ class CanRound(ABC):
     """
 
     def __init__(self, bus: CanBus, names: list[str], may_skip: bool) -> None:
-        self._bus, self._names = bus, names
-        self._answers = Answers(names, self.report, may_skip)
+        self._bus, self._names, self._clock = bus, names, bus.clock
+        self._answers = Answers(names, self.report, may_skip, bus.clock)
         self.target: list[Any] = []
         self.fault = ""
-        self.received = time.monotonic()
-        self._answer_time = AnswerTime()
+        self.received = self._clock.monotonic()
+        self._answer_time = AnswerTime(bus.clock)
         self._events: list[str] = []
         self._data = b""
 
@@ -70,11 +69,11 @@ class CanRound(ABC):
     def begin(self) -> None:
         """Discard unread frames and earlier faults."""
         self._answers.begin()
-        end = time.monotonic() + FORGET
-        while self._bus.receive(0.0) is not None and time.monotonic() < end:
+        end = self._clock.monotonic() + FORGET
+        while self._bus.receive(0.0) is not None and self._clock.monotonic() < end:
             pass
         self.fault = self._bus.trouble
-        self.received = time.monotonic()
+        self.received = self._clock.monotonic()
 
     def fail(self, why: str) -> None:
         """Record why the arm can no longer be commanded; all reasons are reported, the first is kept."""
@@ -107,10 +106,10 @@ class CanRound(ABC):
         """Read until all joints have answered or the time is up; frames already there are always read."""
         self._answer_time.sleep()
         waited, read = False, 0
-        while self._answers.waiting and (read < MOST or time.monotonic() < end):
+        while self._answers.waiting and (read < MOST or self._clock.monotonic() < end):
             received, read = self._bus.receive(0.0), read + 1
             if received is None:
-                waited, remaining = True, end - time.monotonic()
+                waited, remaining = True, end - self._clock.monotonic()
                 received = self._bus.receive(max(remaining, 0.0))
                 if received is None and (remaining <= 0.0 or self._bus.trouble):
                     break
@@ -133,7 +132,7 @@ class CanRound(ABC):
         if identifier > STANDARD:
             return
         if self._understand(identifier, self._data):
-            self.received = time.monotonic()
+            self.received = self._clock.monotonic()
         elif not self.fault and (content := self._commanded_by(identifier)):
             self.fail(
                 f"another program sends {content} (identifier 0x{identifier:03X}) on this bus: two programs "
@@ -171,7 +170,7 @@ class CanDriver(Driver, Generic[Round]):
         self._armed = False
         self._level = 0
         self._samples = HostSamples(arm.dof)
-        self._pause = Pause(self._host_patience)
+        self._pause = Pause(self._host_patience, self.clock)
         require_patience("dead_man", self._host_patience, settings.cycle, FEWEST)
 
     @property
@@ -216,7 +215,7 @@ class CanDriver(Driver, Generic[Round]):
         paused, measured_at = self._pause.count, self._run_cycle(talk, before)
         if commanding and not talk.fault:
             self._check_answers(talk)
-        if time.monotonic() - talk.received > SILENCE:
+        if self.clock.monotonic() - talk.received > SILENCE:
             raise LinkLost(
                 f"nothing was received from any joint on the CAN bus for {SILENCE:g} s. Check power and cable"
             )
@@ -250,11 +249,11 @@ class CanDriver(Driver, Generic[Round]):
 
     def _open_bus(self) -> CanBus:
         s = self.settings
-        self._bus = CanBus(s.interface, s.channel, s.bitrate, s.options)
+        self._bus = CanBus(s.interface, s.channel, s.bitrate, s.options, self.clock)
         return self._bus
 
     def _begin(self, talk: Round) -> None:
-        self._clock = HostClock(self.settings.cycle)
+        self._clock = HostClock(self.settings.cycle, self.clock)
         talk.begin()
 
     def _begin_commands(self, talk: Round) -> None:
@@ -272,7 +271,7 @@ class CanDriver(Driver, Generic[Round]):
         paused, measured_at = self._pause.count, talk.cycle(self._patience)
         if self._pause.count == paused:
             return measured_at
-        talk.received = time.monotonic()  # nothing was asked
+        talk.received = self.clock.monotonic()  # nothing was asked
         if self._armed and not self._level:
             talk.target = talk.target if before is None else before
             talk.fault = ""  # faults that drives report now are consequences of the pause
@@ -292,8 +291,8 @@ class CanDriver(Driver, Generic[Round]):
     def _come_to_rest(self, talk: Round) -> None:
         """Stop quickly, wait until all joints rest or none answers, and switch off if requested."""
         self.stop(StopLevel.QUICK)
-        end, resting = time.monotonic() + RESTING, False
-        while not resting and time.monotonic() < end:
+        end, resting = self.clock.monotonic() + RESTING, False
+        while not resting and self.clock.monotonic() < end:
             before = self._position(talk)
             self._cycles(talk, 10)
             moved = np.abs(self._position(talk) - before)

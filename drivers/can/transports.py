@@ -6,10 +6,8 @@ use it directly; all other interfaces go through `PythonCanTransport`.
 """
 
 import os
-import select
 import socket
 import struct
-import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +15,7 @@ from typing import Any
 
 import can
 
-from ..host_clock import Pause
+from ..host_clock import HOST, Clock, Pause
 
 Frame = tuple[int, bytes]
 """Identifier and data. Flags above the bits of the identifier mark every frame that is not a classic data
@@ -38,9 +36,11 @@ class Transport(ABC):
 
     Attributes:
         pause: Pause of the host, checked right before sending; after a pause, no frame is sent.
+        clock: Clock of the host.
     """
 
     pause = Pause(float("inf"))
+    clock: Clock = HOST
 
     @abstractmethod
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
@@ -68,18 +68,18 @@ class PythonCanTransport(Transport):
         self._bus = bus
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        end = time.monotonic() + timeout
+        end = self.clock.monotonic() + timeout
 
         def send(identifier: int, data: bytes) -> None:
-            self._bus.send(message(identifier, data), max(end - time.monotonic(), 0.0))
+            self._bus.send(message(identifier, data), max(end - self.clock.monotonic(), 0.0))
 
         send_each(frames, send, self.pause)
 
     def receive(self, timeout: float) -> Frame | None:
         """Receive as in `Transport`; frames that an interface returns to their sender are skipped."""
-        end = time.monotonic() + timeout
+        end = self.clock.monotonic() + timeout
         for _ in range(FLOOD):
-            received = self._bus.recv(max(end - time.monotonic(), 0.0))
+            received = self._bus.recv(max(end - self.clock.monotonic(), 0.0))
             if received is None:
                 return None
             if received.is_rx:
@@ -150,9 +150,9 @@ class SlcanTransport(Transport):
         if self.pause.noticed():
             return
         lines = [f"t{identifier:03X}{len(data)}{data.hex().upper()}\r" for identifier, data in frames]
-        text, sent, end = self._unsent + "".join(lines).encode(), 0, time.monotonic() + timeout
-        while (
-            sent < len(text) and select.select([], self._waited_for, [], max(end - time.monotonic(), 0.0))[1]
+        text, sent, end = self._unsent + "".join(lines).encode(), 0, self.clock.monotonic() + timeout
+        while sent < len(text) and self.clock.writable(
+            self._waited_for, max(end - self.clock.monotonic(), 0.0)
         ):
             sent += os.write(self._waited_for[0], text[sent:])
         inside_line = text[sent - 1] != ord("\r") if sent else bool(self._unsent)
@@ -161,13 +161,13 @@ class SlcanTransport(Transport):
             raise OSError("the adapter does not take the frames")
 
     def receive(self, timeout: float) -> Frame | None:
-        end = time.monotonic() + timeout
+        end = self.clock.monotonic() + timeout
         while True:
             while self._lines:
                 frame = _frame(self._lines.popleft().decode("ascii"))
                 if frame is not None:
                     return frame
-            if not select.select(self._waited_for, [], [], max(end - time.monotonic(), 0.0))[0]:
+            if not self.clock.readable(self._waited_for, max(end - self.clock.monotonic(), 0.0)):
                 return None
             self._read()
 
@@ -222,20 +222,20 @@ class SocketTransport(Transport):
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
 
-        end = time.monotonic() + timeout
+        end = self.clock.monotonic() + timeout
 
         def send(identifier: int, data: bytes) -> None:
             datagram = self._encode(identifier, data)
             try:
                 self._hand_over(datagram)
             except BlockingIOError:
-                select.select([], self._waited_for, [], max(end - time.monotonic(), 0.0))
+                self.clock.writable(self._waited_for, max(end - self.clock.monotonic(), 0.0))
                 self._hand_over(datagram)
 
         send_each(frames, send, self.pause)
 
     def receive(self, timeout: float) -> Frame | None:
-        if timeout > 0.0 and not select.select(self._waited_for, [], [], timeout)[0]:
+        if timeout > 0.0 and not self.clock.readable(self._waited_for, timeout):
             return None
         for _ in range(FLOOD):
             try:

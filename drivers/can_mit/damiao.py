@@ -4,7 +4,6 @@ Frames to 0x7FF are for the motor named in their first two bytes, which answers 
 """
 
 import struct
-import time
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -69,8 +68,8 @@ def _ask(bus: CanBus, motor: int, master: int, register: Register, action: int, 
     head = struct.pack("<HBB", motor, action, register.number)
     for _ in range(TRIES):
         bus.send_frames([(TO_ALL, head + data)])
-        end = time.monotonic() + ANSWER
-        while (remaining := end - time.monotonic()) > 0.0:
+        end = bus.clock.monotonic() + ANSWER
+        while (remaining := end - bus.clock.monotonic()) > 0.0:
             identifier, answer = bus.receive(remaining) or (-1, b"")
             if identifier == master and len(answer) == 8 and answer[:4] == head:
                 return float(struct.unpack(register.form, answer[4:])[0])

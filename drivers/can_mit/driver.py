@@ -5,8 +5,6 @@ kd (velocity - measured). The deflection of the spring carries the load, so that
 commands by load / kp. Each motor answers its command at once.
 """
 
-import time
-
 import numpy as np
 
 from ..can.can_driver import CanDriver
@@ -115,9 +113,9 @@ class CanMit(CanDriver[MotorRound]):
             else Request.LISTEN
             for request, motor, state in zip(talk.request, self._motors, talk.state, strict=True)
         ]
-        end = time.monotonic() + ENABLING
+        end = self.clock.monotonic() + ENABLING
         while not all(request is Request.COMMAND for request in talk.request):
-            if talk.fault or time.monotonic() > end:
+            if talk.fault or self.clock.monotonic() > end:
                 why = talk.fault or self._not_enabled(talk)
                 self.stop(StopLevel.OFF)
                 raise NotReady(why)
@@ -162,8 +160,8 @@ class CanMit(CanDriver[MotorRound]):
     def _read_all(self, talk: MotorRound) -> None:
         """Wait until every motor has answered once. Raises LinkLost if a motor does not."""
         self._begin(talk)
-        end, silent = time.monotonic() + ANSWERS, list(self._motors)
-        while silent and time.monotonic() < end:
+        end, silent = self.clock.monotonic() + ANSWERS, list(self._motors)
+        while silent and self.clock.monotonic() < end:
             self._cycles(talk, 1)
             silent = [
                 motor for motor, state in zip(self._motors, talk.state, strict=True) if state is UNKNOWN

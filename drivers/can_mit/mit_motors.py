@@ -1,6 +1,5 @@
 """Cyclic part of motors with the MIT frame: each motor answers its command."""
 
-import time
 from enum import Enum
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from ..can.can_bus import CanBus
 from ..can.can_driver import CanRound
 from ..can.transports import Frame
-from ..host_clock import host_time
 from . import mit_frame as mit
 from .damiao import TO_ALL, is_register, refresh
 from .mit_frame import DAMIAO, Family, Motor, State, answering, error_text
@@ -61,7 +59,7 @@ class MotorRound(CanRound):
     def cycle(self, patience: float) -> int:
         """Run a cycle as in `CanRound`; a motor measures when its request arrives."""
         to_ask = self._ask()
-        now = host_time()
+        now = self._clock.host_time()
         self._bus.send_frames(
             [
                 self._command(joint) if request is Request.COMMAND else self._constant[joint][request]
@@ -69,7 +67,7 @@ class MotorRound(CanRound):
                 if to_ask[joint]
             ]
         )
-        self._collect(time.monotonic() + patience)
+        self._collect(self._clock.monotonic() + patience)
         return now
 
     def _commanded_by(self, identifier: int) -> str:

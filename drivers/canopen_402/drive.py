@@ -5,17 +5,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import canopen
+from canopen.sdo import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError
 
 from ..errors import BadSettings, LinkLost, NotReady
+from ..host_clock import Clock
 from . import cia402 as c
 from .cia402 import DEVICE_NAME, Entry
 
 TRIES = 3
 """Number of attempts to get an answer."""
-ANSWER = 0.3
-"""Maximum time to wait for an answer [s]."""
 ABSENT = (0x06020000, 0x06090011)
 """SDO abort codes of a drive that has no such object, or no such sub-index."""
 
@@ -31,10 +30,8 @@ class Refused(NotReady):
 class Drive:
     """Reads values from a drive and writes them; nothing is stored beyond the next power-off."""
 
-    def __init__(self, node: canopen.RemoteNode, name: str) -> None:
-        self.name = name
-        self._sdo = node.sdo
-        self._sdo.RESPONSE_TIMEOUT = ANSWER
+    def __init__(self, sdo: SdoClient, name: str, clock: Clock) -> None:
+        self.name, self.clock, self._sdo = name, clock, sdo
 
     def read(self, entry: Entry) -> int:
         """Read a value.

@@ -5,8 +5,6 @@ the host sends the targets, then SYNC, at which every drive takes its target and
 measurements. Nothing is stored in a drive beyond its next power-off.
 """
 
-import time
-
 import numpy as np
 
 from ..can.can_driver import CanDriver
@@ -72,11 +70,11 @@ class Canopen402(CanDriver[Frames]):
         frames = self._opened()
         self._begin_commands(frames)
         self._level, self._resting = 0, Resting(self.arm.dof)
-        end = time.monotonic() + ENABLING
+        end = self.clock.monotonic() + ENABLING
         while not (frames.commanding and _all_enabled(frames)):
             self._cycles(frames, 1)
             self._record_positions(frames)
-            if frames.fault or time.monotonic() > end:
+            if frames.fault or self.clock.monotonic() > end:
                 why = frames.fault or self._not_enabled(frames)
                 self.stop(StopLevel.OFF)
                 raise NotReady(why)
@@ -232,7 +230,7 @@ class Canopen402(CanDriver[Frames]):
         """Make the drives no longer expect the host's heartbeat, and leave a quiet bus."""
         for joint in range(self.arm.dof):
             frames.write_unanswered(joint, c.CONSUMER_HEARTBEAT, 0)
-        time.sleep(0.02)
+        self.clock.sleep(0.02)
         frames.manage(c.PRE_OPERATIONAL)
 
 

@@ -2,12 +2,10 @@
 
 import math
 import struct
-import time
 from collections.abc import Callable, Sequence
 
 from ..can.can_bus import CanBus
 from ..can.can_driver import CanRound
-from ..host_clock import host_time
 from . import cia402 as c
 
 STOOD = "<Hi"
@@ -104,9 +102,9 @@ class Frames(CanRound):
         self.send()
         self._ask()
         self._missing = list(self._parts)
-        now = host_time()
+        now = self._clock.host_time()
         self._bus.send_frames(self._sync)
-        self._collect(time.monotonic() + patience)
+        self._collect(self._clock.monotonic() + patience)
         self._check_heartbeats()
         return now
 
@@ -117,8 +115,8 @@ class Frames(CanRound):
         pack = COMMANDED.pack
         joints = zip(self._commands, self.control, self.target, strict=True)
         self._bus.send_frames([(number, pack(control, target)) for number, control, target in joints])
-        if time.monotonic() >= self._next_beat:
-            self._next_beat = time.monotonic() + self._beat_time
+        if self._clock.monotonic() >= self._next_beat:
+            self._next_beat = self._clock.monotonic() + self._beat_time
             self._bus.send_frames(self._beat)
 
     def synchronize(self) -> None:
@@ -199,7 +197,7 @@ class Frames(CanRound):
         if len(data) != 1:
             return
         if self._beating[joint]:
-            self._alive[joint] = time.monotonic()
+            self._alive[joint] = self._clock.monotonic()
         state = data[0] & 0x7F
         if state != c.OPERATIONAL and not self.fault:
             word = c.NMT_STATES.get(state, f"in an unknown state {state}")
@@ -213,6 +211,6 @@ class Frames(CanRound):
         if self.fault:
             return
         oldest = min(self._alive)
-        if time.monotonic() - oldest > self._lost_after:
+        if self._clock.monotonic() - oldest > self._lost_after:
             joint = self._alive.index(oldest)
             self.fail(f"{self._names[joint]}: its heartbeat is lost, none came for {self._lost_after:g} s")

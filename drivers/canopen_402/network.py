@@ -1,18 +1,25 @@
 """All drives of an arm over `canopen`: set-up, start, and error codes."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
 import canopen
+from canopen.sdo import SdoClient
 
 from ..can.can_bus import CanBus
+from ..can.transports import STANDARD
 from ..driver import Arm
 from ..errors import DriverError, LinkLost, NotReady
 from . import cia402 as c
 from .drive import Drive, Effort, effort_kind, find_effort
 from .settings import CanopenSettings
 from .setup import DriveData, inspect, require_not_enabled, set_up
+
+ANSWER = 0.3
+"""Maximum time to wait for an answer [s]."""
+UNREAD = 500
+"""Maximum number of frames read before a question: more are a flood, and can wait."""
 
 
 class SetUp(NamedTuple):
@@ -31,62 +38,87 @@ class SetUp(NamedTuple):
     warnings: list[str]
 
 
-class DriveNetwork:
-    """The drives, through their SDO servers.
+class Questions(SdoClient):
+    """An SDO client that reads the bus while it waits for an answer, in place of a thread of canopen."""
 
-    A thread of canopen reads the bus only during `set_up_all` and `error_of`, with the scheduling of the
-    caller. At other times, the caller may use the bus.
-    """
+    RESPONSE_TIMEOUT = 0.0  # `network` waits before the response is read
+
+    def __init__(self, node: canopen.RemoteNode, network: "DriveNetwork") -> None:
+        super().__init__(node.sdo.rx_cobid, node.sdo.tx_cobid, node.object_dictionary)
+        self._drives = network
+
+    def request_response(self, sdo_request: bytes) -> bytes:
+        self._drives.read_late_frames()  # among them may be the answer to an earlier question
+        return cast(bytes, super().request_response(sdo_request))
+
+    def read_response(self) -> bytes:
+        self._drives.read_until(lambda: not self.responses.empty(), ANSWER)
+        return cast(bytes, super().read_response())
+
+
+class DriveNetwork:
+    """The drives, through their SDO servers; the bus is read only while a method waits."""
 
     def __init__(self, bus: CanBus, settings: CanopenSettings, names: Sequence[str]) -> None:
-        self._settings, self._names = settings, names
+        self._bus, self._settings, self._names = bus, settings, names
         self._network = canopen.Network(cast(Any, bus))
-        self._network.NOTIFIER_CYCLE = 0.02
-        for node in settings.nodes:
-            self._network.add_node(canopen.RemoteNode(node, canopen.ObjectDictionary()))
+        for number in settings.nodes:
+            node = canopen.RemoteNode(number, canopen.ObjectDictionary())
+            node.sdo = Questions(node, self)
+            node.sdo_channels = [node.sdo]
+            self._network.add_node(node)
 
     def set_up_all(self, arm: Arm) -> SetUp:
         """Set up all drives and start them; nothing moves and nothing is powered.
 
         Raises NotReady if a drive refuses a required setting, LinkLost if a drive does not answer.
         """
-        with self._reading():
-            with suppress(LinkLost):  # an absent or stopped drive is not enabled, and is asked again
-                for joint in range(arm.dof):
-                    require_not_enabled(self._drive(joint))
-            for node in self._settings.nodes:
-                self._network[node].nmt.state = "PRE-OPERATIONAL"
-            drives = [self._drive(joint) for joint in range(arm.dof)]
-            data = [inspect(drive) for drive in drives]
-            wishes = self._settings.efforts
-            kind, warnings = effort_kind(drives, wishes, self._settings.effort)
-            efforts = [find_effort(d, wanted, kind) for d, wanted in zip(drives, wishes, strict=True)]
-            for joint, drive in enumerate(drives):
-                set_up(drive, self._settings, arm, joint, efforts[joint], data[joint])
-            self._start([drive_data.beats for drive_data in data])
+        drives = [self._drive(joint) for joint in range(arm.dof)]
+        with suppress(LinkLost):  # an absent or stopped drive is not enabled, and is asked again
+            for drive in drives:
+                require_not_enabled(drive)
+        for node in self._settings.nodes:
+            self._network[node].nmt.state = "PRE-OPERATIONAL"
+        data = [inspect(drive) for drive in drives]
+        wishes = self._settings.efforts
+        kind, warnings = effort_kind(drives, wishes, self._settings.effort)
+        efforts = [find_effort(d, wanted, kind) for d, wanted in zip(drives, wishes, strict=True)]
+        for joint, drive in enumerate(drives):
+            set_up(drive, self._settings, arm, joint, efforts[joint], data[joint])
+        self._start([drive_data.beats for drive_data in data])
         return SetUp(kind, efforts, data, warnings)
 
     def error_of(self, joint: int) -> str:
         """Error code of a drive in fault, in words."""
         try:
-            with self._reading():
-                return f"0x603F is {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
+            return f"0x603F is {c.error_text(self._drive(joint).read(c.ERROR_CODE))}"
         except DriverError as error:
             return f"its error code cannot be read ({error})"
 
-    @contextmanager
-    def _reading(self) -> Iterator[None]:
-        self._network.connect()
-        try:
-            yield
-        finally:
-            if self._network.notifier is not None:
-                self._network.notifier.stop()
-            self._network.notifier = None
+    def read_until(self, condition: Callable[[], bool], seconds: float) -> None:
+        """Read frames until a condition holds or the time [s] is up."""
+        clock = self._bus.clock
+        end = clock.monotonic() + seconds
+        while not condition() and (remaining := end - clock.monotonic()) > 0.0:
+            self._read(remaining)
+
+    def read_late_frames(self) -> None:
+        """Read the frames that are already there."""
+        for _ in range(UNREAD):
+            unreadable = self._bus.unreadable
+            if not self._read(0.0) and self._bus.unreadable == unreadable:
+                return
+
+    def _read(self, seconds: float) -> bool:
+        received = self._bus.receive(seconds)
+        if received is not None and received[0] <= STANDARD:
+            with suppress(Exception):  # a frame that noise has damaged raises errors of any type
+                self._network.notify(received[0], bytearray(received[1]), self._bus.clock.monotonic())
+        return received is not None
 
     def _drive(self, joint: int) -> Drive:
-        node = self._network[self._settings.nodes[joint]]
-        return Drive(cast(canopen.RemoteNode, node), self._names[joint])
+        node = cast(canopen.RemoteNode, self._network[self._settings.nodes[joint]])
+        return Drive(node.sdo, self._names[joint], self._bus.clock)
 
     def _start(self, beating: Sequence[bool]) -> None:
         """Start all drives, and check by their heartbeats that they are operational."""
@@ -95,12 +127,17 @@ class DriveNetwork:
         for name, node, beats in zip(self._names, self._settings.nodes, beating, strict=True):
             if not beats:
                 continue
-            try:
-                manager = cast(canopen.RemoteNode, self._network[node]).nmt
-                state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
-                if state != "OPERATIONAL":  # this heartbeat may have been sent before the command
-                    state = manager.wait_for_heartbeat(4.0 * self._settings.heartbeat + 0.5)
-            except Exception as error:  # canopen raises errors of any type
-                raise NotReady(f"{name} sends no heartbeat, though it took 0x1017") from error
+            state = self._next_state(name, node)
+            if state != "OPERATIONAL":  # this heartbeat may have been sent before the command
+                state = self._next_state(name, node)
             if state != "OPERATIONAL":
                 raise NotReady(f"{name} was set operational and is {state.lower()}")
+
+    def _next_state(self, name: str, node: int) -> str:
+        """State in the next heartbeat of a drive. Raises NotReady if none comes."""
+        manager = cast(canopen.RemoteNode, self._network[node]).nmt
+        manager.timestamp = None
+        self.read_until(lambda: manager.timestamp is not None, 4.0 * self._settings.heartbeat + 0.5)
+        if manager.timestamp is None:
+            raise NotReady(f"{name} sends no heartbeat, though it took 0x1017")
+        return str(manager.state)

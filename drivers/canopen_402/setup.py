@@ -1,7 +1,6 @@
 """Set-up of one CiA 402 drive for cyclic synchronous position; every written value is read back."""
 
 import math
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -138,7 +137,7 @@ def _set_mode(drive: Drive, data: DriveData) -> None:
     drive.write(c.MODE, c.CYCLIC_POSITION)
     shown, patience = drive.read(c.MODE_DISPLAY), MODE_READS
     while shown != c.CYCLIC_POSITION and patience:
-        time.sleep(0.01)
+        drive.clock.sleep(0.01)
         shown, patience = drive.read(c.MODE_DISPLAY), patience - 1
     if shown != c.CYCLIC_POSITION:
         raise NotReady(f"{drive.name} was set to mode {c.CYCLIC_POSITION} and is in mode {shown} (0x6061)")

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
-from ..host_clock import host_time
 from ..servo.servo_bus import LENGTHS, TRIES, ServoBus
 from ..servo.servo_driver import ServoDriver
 from ..servo.servo_line import Codec, Reading, Status
@@ -196,7 +195,7 @@ class Dynamixel(ServoDriver):
 
     def _begin(self) -> None:
         super()._begin()
-        self._health = DynamixelHealth(self._opened()[0], self._shutdown, host_time())
+        self._health = DynamixelHealth(self._opened()[0], self._shutdown, self.clock.host_time())
 
     def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)

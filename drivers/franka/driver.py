@@ -5,13 +5,11 @@ one every millisecond even if this program is late. The resulting delay of the a
 positions only, and does not affect the measurements.
 """
 
-import time
-
 import numpy as np
 
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
-from ..host_clock import WALL, host_time
+from ..host_clock import WALL
 from ..samples import ControllerSamples, Remarks, word
 from ..values import Command, Sample
 from .fci_link import FciLink
@@ -49,7 +47,7 @@ class Franka(Driver):
         self._flowing = self._armed = self._stopped = False
         self._next: np.void | None = None
         self._holes = 0
-        self._heard = time.monotonic()
+        self._heard = self.clock.monotonic()
         self._target: np.ndarray | None = None
         self._held: np.ndarray | None = None
         self._mode = ""
@@ -116,7 +114,7 @@ class Franka(Driver):
             time,
             int(record["arrival"]) + WALL,
             self._samples.cycles(time),
-            self._samples.lateness(host_time(), time),
+            self._samples.lateness(self.clock.host_time(), time),
             position=record["q"].copy(),
             velocity=record["dq"].copy(),
             torque=record["tau_J"].copy(),
@@ -131,17 +129,17 @@ class Franka(Driver):
         if not self._flowing:
             link.forget()
             link.send(FLOW)
-            self._flowing, self._heard = True, time.monotonic()
+            self._flowing, self._heard = True, self.clock.monotonic()
         return link
 
     def _receive(self, link: FciLink) -> bool:
         """Take the next state; returns whether there is one."""
-        quiet = time.monotonic() - self._heard
+        quiet = self.clock.monotonic() - self._heard
         link.forget(keep=1 if self._target is None else MOST)
         self._next = link.next(max(SILENCE * CYCLE - quiet, CYCLE))
         if self._next is None:
             return False
-        self._heard = time.monotonic()
+        self._heard = self.clock.monotonic()
         holes = max(self._samples.cycles(int(self._next["time"])) - 1, 0)
         # A gap longer than the buffer cannot be bridged: the arm has been stopped.
         self._holes = holes if self._target is not None and holes * CYCLE < self.settings.buffer else 0
@@ -165,7 +163,7 @@ class Franka(Driver):
 
     def _silent(self) -> Sample:
         """Sample without a measurement, so that monitors can decide. Raises LinkLost after too long."""
-        quiet = time.monotonic() - self._heard
+        quiet = self.clock.monotonic() - self._heard
         if quiet > LOST:
             raise LinkLost(
                 f"driver franka: nothing from {self.settings.address} for {quiet:.2f} s. Look at cable and "

@@ -1,16 +1,14 @@
 """Conversation: receives telegrams of one KUKA controller and answers them, over a UDP socket."""
 
 import errno
-import select
 import socket
 import struct
 import sys
 import threading
-import time
 from collections.abc import Sequence
 
 from ..errors import BadSettings, NotReady
-from ..host_clock import host_time
+from ..host_clock import HOST, Clock
 from .session import Datagram, Fresh, Session
 from .telegram import Answer
 
@@ -27,6 +25,7 @@ class Link:
     """A UDP socket bound to one address of this computer, for one controller.
 
     Attributes:
+        clock: Clock of the host.
         strangers: Number of datagrams from other addresses, which were ignored.
         stranger: Last of these addresses.
         stranger_datagram: Last of these datagrams.
@@ -36,7 +35,8 @@ class Link:
         NotReady: If the port is in use.
     """
 
-    def __init__(self, address: str, port: int, controller: str) -> None:
+    def __init__(self, address: str, port: int, controller: str, clock: Clock = HOST) -> None:
+        self.clock = clock
         self._controller = controller
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.strangers = 0
@@ -67,11 +67,10 @@ class Link:
 
     def wait(self, seconds: float) -> list[Datagram]:
         """Wait for a datagram from the controller, and return all that have arrived."""
-        deadline = time.monotonic() + seconds
+        deadline = self.clock.monotonic() + seconds
         while True:
-            remaining = max(deadline - time.monotonic(), 0.0)
-            ready, _, _ = select.select(self._waited_for, [], [], remaining)
-            datagrams = self._waiting() if ready else []
+            remaining = max(deadline - self.clock.monotonic(), 0.0)
+            datagrams = self._waiting() if self.clock.readable(self._waited_for, remaining) else []
             if datagrams or not remaining:
                 return datagrams
 
@@ -85,7 +84,7 @@ class Link:
             except OSError:
                 continue  # the network reports that it refused an earlier answer
             if address == self._controller:
-                datagrams.append(Datagram(data, port, _arrival(extra)))
+                datagrams.append(Datagram(data, port, _arrival(extra, self.clock)))
             else:
                 self.strangers += 1
                 self.stranger, self.stranger_datagram = address, Datagram(data, port, 0)
@@ -109,12 +108,12 @@ class Link:
         self._socket.close()
 
 
-def _arrival(extra: list[tuple[int, int, bytes]]) -> int:
-    now = host_time()
+def _arrival(extra: list[tuple[int, int, bytes]], clock: Clock) -> int:
+    now = clock.host_time()
     for _, kind, content in extra:
         if kind == _STAMPED and len(content) >= _TIME.size:
             seconds, nanoseconds = _TIME.unpack_from(content)
-            age = time.time_ns() - seconds * 1_000_000_000 - nanoseconds
+            age = clock.age(seconds * 1_000_000_000 + nanoseconds)
             return now - age if 0 <= age < _OLDEST else now
     return now
 
@@ -145,7 +144,7 @@ class Conversation:
         corrections: Sequence[float],
         counted: bool = False,
     ) -> None:
-        self.link, self.session = link, session
+        self.link, self.session, self.clock = link, session, link.clock
         self._answer, self._counted = answer, counted
         self._late: float | None = None
         self._answered = b""
@@ -153,7 +152,7 @@ class Conversation:
         self.silent = True
         self.stopping = False
         self.refused = False
-        self.received = time.monotonic()
+        self.received = self.clock.monotonic()
         self.correct(corrections)
 
     def correct(self, corrections: Sequence[float]) -> None:
@@ -171,16 +170,16 @@ class Conversation:
 
         Older telegrams that arrived with it are not answered: the controller no longer waits for them.
         """
-        deadline = time.monotonic() + seconds
+        deadline = self.clock.monotonic() + seconds
         while True:
-            fresh = self.session.take(self.link.wait(max(deadline - time.monotonic(), 0.0)))
+            fresh = self.session.take(self.link.wait(max(deadline - self.clock.monotonic(), 0.0)))
             if fresh is not None:
                 break
-            if time.monotonic() >= deadline:
+            if self.clock.monotonic() >= deadline:
                 return None
         if not self.silent and not self.session.restarted:
             self._reply(fresh)
-        self.received = time.monotonic()
+        self.received = self.clock.monotonic()
         return fresh
 
     def count_answers(self) -> None:
@@ -207,12 +206,12 @@ class Conversation:
     @property
     def quiet(self) -> float:
         """Time since the last telegram [s]."""
-        return time.monotonic() - self.received
+        return self.clock.monotonic() - self.received
 
 
-def lateness(fresh: Fresh) -> float:
+def lateness(fresh: Fresh, clock: Clock) -> float:
     """Delay of the answer to a telegram, or of the telegram itself, whichever is larger [s]."""
-    return max((host_time() - fresh.datagram.arrival) * 1e-9, fresh.late, 0.0)
+    return max((clock.host_time() - fresh.datagram.arrival) * 1e-9, fresh.late, 0.0)
 
 
 class Keeper:
@@ -222,7 +221,7 @@ class Keeper:
         self._conversation, self._cycle = conversation, cycle
         self._enough = threading.Event()
         self._thread = threading.Thread(target=self._keep, name="kuka_rsi keeper", daemon=True)
-        self._thread.start()
+        conversation.clock.start(self._thread)
 
     def _keep(self) -> None:
         while not self._enough.is_set():
@@ -230,4 +229,4 @@ class Keeper:
 
     def end(self) -> None:
         self._enough.set()
-        self._thread.join()
+        self._conversation.clock.join(self._thread)

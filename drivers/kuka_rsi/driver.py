@@ -4,7 +4,6 @@ The controller keeps the only clock. Each telegram contains the positions of the
 absolute corrections: the desired distances from the positions at which the program called RSI_MOVECORR.
 """
 
-import time
 from collections.abc import Mapping
 from dataclasses import replace
 from ipaddress import IPv4Address
@@ -58,7 +57,7 @@ class KukaRsi(Driver):
         self._cycle = settings.cycle
         self._lower, self._upper = settings.window
         self._limits = np.asarray(self._lower).tolist(), np.asarray(self._upper).tolist()
-        self._samples = Samples(self._layout, self._axes, settings)
+        self._samples = Samples(self._layout, self._axes, settings, self.clock)
         self._talk: Conversation | None = None
         self._keeper: Keeper | None = None
         self._start = np.full(arm.dof, np.nan)
@@ -96,7 +95,7 @@ class KukaRsi(Driver):
         settings, config, layout = self.settings, self._config, self._layout
         address, port = settings.bind or config.address, settings.port or config.port
         talk = Conversation(
-            Link(address, port, settings.controller),
+            Link(address, port, settings.controller, self.clock),
             Session(TelegramReader(layout.names), round(1e3 * self._cycle)),
             Answer(config.sentype, config.receive, layout.corrections, layout.switch),
             [0.0] * len(layout.corrections),
@@ -270,8 +269,8 @@ class KukaRsi(Driver):
         self._give_up_probe(talk)
         if self._layout.switch and not talk.silent and not talk.session.restarted:
             talk.stop()
-            end = time.monotonic() + CLOSING
-            while time.monotonic() < end and talk.turn(ENDED * self._cycle):
+            end = self.clock.monotonic() + CLOSING
+            while self.clock.monotonic() < end and talk.turn(ENDED * self._cycle):
                 pass
         elif not talk.silent:
             self._fall_silent(talk)

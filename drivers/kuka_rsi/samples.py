@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..driver import Info
+from ..host_clock import Clock
 from ..samples import ControllerSamples
 from ..values import SIGNALS, Sample, any_of
 from .config import RsiConfig
@@ -137,8 +138,8 @@ def _listed(values: object) -> str:
 class Samples(ControllerSamples):
     """Creates the samples of one session; values that cannot belong to their cycle are NaN and stale."""
 
-    def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings) -> None:
-        super().__init__(len(layout.axes), len(layout.external), settings.cycle)
+    def __init__(self, layout: Layout, axes: Axes, settings: RsiSettings, clock: Clock) -> None:
+        super().__init__(len(layout.axes), len(layout.external), settings.cycle, clock)
         self._axes, self._actual, self._external = axes, layout.columns(ACTUAL), layout.external_columns
         self._current, self._torque = map(layout.columns, (settings.current_tag, settings.torque_tag))
         self._names = layout.axes
@@ -157,7 +158,7 @@ class Samples(ControllerSamples):
             round(1e6 * elapsed),
             fresh.datagram.arrival,
             fresh.cycles,
-            lateness(fresh),
+            lateness(fresh, self._clock),
             position=self._axes.joints(numbers[self._actual]),
             current=self._scaled(numbers, self._current, self._axes.ampere),
             torque=self._scaled(numbers, self._torque, self._axes.sign),

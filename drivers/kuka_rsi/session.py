@@ -29,7 +29,7 @@ class Datagram(NamedTuple):
     Attributes:
         data: Content.
         port: Port of the sender, which a controller changes for every session.
-        arrival: Time of arrival at the network card's driver, by the clock of `host_time` [ns since 1970].
+        arrival: Time of arrival at the network card's driver, by the host's clock [ns since 1970].
     """
 
     data: bytes

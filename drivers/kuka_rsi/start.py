@@ -4,7 +4,6 @@ Simulators of a controller have no clock and no timeout: they wait for an answer
 """
 
 import logging
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,17 +40,17 @@ def first_telegrams(
         NotReady: If too few telegrams came in time; the message says what came instead.
     """
     telegrams: list[Fresh] = []
-    last = time.monotonic()
+    last = conversation.clock.monotonic()
     announced = False
     while len(telegrams) < count:
         fresh = conversation.turn(min(PATIENCE, seconds))
         if fresh:
             telegrams.append(fresh)
-            last = time.monotonic()
+            last = conversation.clock.monotonic()
         elif answering and conversation.session.waits and not conversation.session.counting:
             conversation.count_answers()
             telegrams, count = [], COUNT
-        elif time.monotonic() - last >= seconds:
+        elif conversation.clock.monotonic() - last >= seconds:
             raise NotReady(_describe_received(conversation, len(telegrams), seconds, controller, here))
         elif not announced and not telegrams:
             log.warning("waiting for %s at %s: start the RSI program on the controller", controller, here)

@@ -4,7 +4,6 @@ The arm follows each command one cycle later, as drives on a bus do. Each cycle 
 waits for its deadline, so that a sample comes back as quickly as from hardware.
 """
 
-import time
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..driver import Arm, Driver, Info, Measured, StopLevel
 from ..errors import BadSettings, LinkLost, NotReady
-from ..host_clock import HostClock, Tick, host_time
+from ..host_clock import HostClock, Tick
 from ..settings import setting
 from ..values import Command, Sample
 from .drives import MockDrives
@@ -50,11 +49,11 @@ class RealClock(HostClock):
     """The host's clock, for a mock that runs in real time."""
 
     def sleep(self, seconds: float) -> None:
-        time.sleep(seconds)
+        self._clock.sleep(seconds)
 
     @property
     def host_time(self) -> int:
-        return host_time()
+        return self._clock.host_time()
 
 
 SIGNALS = ("position", "velocity", "current", "temperature")
@@ -120,7 +119,9 @@ class Mock(Driver):
         for fault in self._faults:
             fault.kind.prepare(fault, self._drives)
         self._stood = np.array(self._drives.measure().position)
-        self._clock = (RealClock if self.in_real_time else SteppedClock)(settings.cycle)
+        self._clock = (
+            RealClock(settings.cycle, self.clock) if self.in_real_time else SteppedClock(settings.cycle)
+        )
         bounded = bool(np.any(np.isfinite(self._window)))
         return Info(
             cycle=settings.cycle,

@@ -1,8 +1,6 @@
 """A serial port for exclusive use: exact reads with a deadline, and only errors of drivers."""
 
 import os
-import select
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,6 +8,7 @@ import serial
 from serial.tools import list_ports
 
 from ..errors import BadSettings, LinkLost, NotReady
+from ..host_clock import HOST, Clock
 
 WRITE_WITHIN = 0.005
 """Time within which the port must take a packet [s]; otherwise it is lost, and the next cycle sends again."""
@@ -33,13 +32,15 @@ class SerialPort:
     """An open port such as "/dev/ttyUSB0" or "COM3"; a short read has reached its deadline [s].
 
     Attributes:
+        clock: Clock of the host.
         waited: Whether the last read had to wait for bytes.
 
     Raises BadSettings if there is no such port or baud rate [bit/s], NotReady if the port is in use or this
     user may not open it.
     """
 
-    def __init__(self, name: str, baudrate: int, patience: float) -> None:
+    def __init__(self, name: str, baudrate: int, patience: float, clock: Clock = HOST) -> None:
+        self.clock = clock
         self.name, self._patience, self.waited = name, patience, False
         try:
             self._port = serial.Serial(
@@ -81,12 +82,12 @@ class SerialPort:
 
     def _read_directly(self, count: int) -> bytes:
         """Read from the file descriptor; bytes already there are taken without a `select`."""
-        descriptor, end = self._port.fd, time.monotonic() + self._patience
+        descriptor, end = self._port.fd, self.clock.monotonic() + self._patience
         data = _read_now(descriptor, count)
         self.waited = len(data) < count
         while len(data) < count:
-            remaining = max(end - time.monotonic(), 0.0)
-            if not select.select([descriptor], [], [], remaining)[0]:
+            remaining = max(end - self.clock.monotonic(), 0.0)
+            if not self.clock.readable([descriptor], remaining):
                 break
             more = _read_now(descriptor, count - len(data))
             if not more:
@@ -107,11 +108,11 @@ class SerialPort:
 
     def _write_directly(self, data: bytes) -> None:
         """Write to the file descriptor; after a truncated packet, servos find the beginning of the next."""
-        descriptor, end = self._port.fd, time.monotonic() + WRITE_WITHIN
+        descriptor, end = self._port.fd, self.clock.monotonic() + WRITE_WITHIN
         while data:
             with suppress(BlockingIOError):
                 data = data[os.write(descriptor, data) :]
-            if data and not select.select([], [descriptor], [], max(end - time.monotonic(), 0.0))[1]:
+            if data and not self.clock.writable([descriptor], max(end - self.clock.monotonic(), 0.0)):
                 return
 
     def drain(self) -> int:

@@ -5,7 +5,6 @@ right, and make all later answers late. So each question first checks whether by
 then whether more bytes came than requested. If so, the line is left alone until it is silent.
 """
 
-import time
 from collections.abc import Mapping, Sequence
 
 from ..errors import LinkLost, NotReady
@@ -23,12 +22,14 @@ class ServoBus:
     Attributes:
         names: Names of the servos by id, in the order of the joints.
         servos: Ids of the servos, in the same order.
+        clock: Clock of the host.
         in_step: Whether the last answers were complete, in order, and followed by nothing.
     """
 
     def __init__(self, port: SerialPort, codec: Codec, names: Mapping[int, str]) -> None:
         self._port, self._codec, self.names = port, codec, dict(names)
         self.servos = tuple(self.names)
+        self.clock = port.clock
         self.in_step = True
 
     def send_only(self, packets: bytes) -> None:
@@ -178,7 +179,7 @@ class ServoBus:
         wrong: list[str] = []
         for _ in range(TRIES):
             self.send_only(self.packet(register, values))
-            time.sleep(pause)
+            self.clock.sleep(pause)
             wrong = [
                 f"{self.names[servo]} has {actual} instead of {value}"
                 for servo, value, actual in zip(self.servos, values, self.read(register), strict=True)
@@ -216,7 +217,7 @@ class ServoTalk:
         self._quiet, self._mute, self._turn = False, 0, 0
         self._answering = [True] * len(bus.servos)
         self._errors = [0] * len(bus.servos)
-        self._answer_time = AnswerTime()
+        self._answer_time = AnswerTime(bus.clock)
 
     def exchange(self, packets: bytes, readings: Sequence[Reading], events: list[str]) -> list[Status | None]:
         """Send packets, ask, and return the answers; None for each servo without an answer.

@@ -3,7 +3,6 @@
 In each cycle, one packet sets all goals and another asks for all measurements, in a single write.
 """
 
-import time
 from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import suppress
@@ -13,7 +12,7 @@ import numpy as np
 
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
-from ..host_clock import HostClock, Pause, host_time, require_patience
+from ..host_clock import HostClock, Pause, require_patience
 from ..resting import COUNT, Resting
 from ..samples import HostSamples
 from ..values import Command, Sample
@@ -76,7 +75,7 @@ class ServoDriver(Driver):
         self._count, self._once = 0, b""
         self._held: np.ndarray | None = None
         self._stopped, self._goal_packet, self._fault = StopLevel.BRAKE, b"", ""
-        self._pause = Pause(self.patience)
+        self._pause = Pause(self.patience, self.clock)
         self.latency = 0.0
         self._require_rate()
         require_patience("watchdog", self.patience, settings.cycle, FEWEST)
@@ -88,7 +87,7 @@ class ServoDriver(Driver):
 
     def open(self) -> Info:
         """Open the port, find the servos and set them up; torque is left as it is."""
-        self._port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN)
+        self._port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN, self.clock)
         self._bus = ServoBus(self._port, self.codec, self._names)
         self.latency = adapter_latency(self.settings.port)
         try:
@@ -140,7 +139,7 @@ class ServoDriver(Driver):
         """Wait until the servos' torque balances their load."""
         seen = self._read(bus, self.present)
         for _ in range(round(SETTLING / LOOK)):
-            time.sleep(LOOK)
+            self.clock.sleep(LOOK)
             before, seen = seen, self._read(bus, self.present)
             if np.all(np.abs(seen - before) <= 1.0):
                 break
@@ -163,7 +162,7 @@ class ServoDriver(Driver):
             packets, self._goal_packet = b"", before
             self._fault = self._fault or self._pause.text()
         answers = self._talk.exchange(packets, readings, events)
-        now = host_time()
+        now = self.clock.host_time()
         measured, units = self._decode(_joined(answers, length), length), self._units
         answered = [answer is not None for answer in answers]
         self._fault = self._fault or self._find_fault(answers, now, events)
@@ -234,7 +233,7 @@ class ServoDriver(Driver):
         """Start the cycles."""
         bus, port = self._opened()
         port.set_patience(self._in_run)
-        self._clock = HostClock(self.settings.cycle)
+        self._clock = HostClock(self.settings.cycle, self.clock)
         self._talk = ServoTalk(bus)
         self._limits = [end.tolist() for end in self._allowed]
         self._count, self._once = 0, b""

@@ -1,9 +1,9 @@
 """Dashboard server of a Universal Robots controller: questions and answers as lines of text."""
 
-import select
 import socket
-import time
 from contextlib import suppress
+
+from ..host_clock import HOST, Clock
 
 LONGEST = 4096
 """Maximum number of bytes read at once, and of an answer."""
@@ -17,7 +17,8 @@ class Dashboard:
     Connecting and `ask` wait at most `patience` [s] each; all other methods return at once.
     """
 
-    def __init__(self, address: str, port: int, patience: float) -> None:
+    def __init__(self, address: str, port: int, patience: float, clock: Clock = HOST) -> None:
+        self._clock = clock
         self._socket: socket.socket | None = None
         self._patience, self._text = patience, b""
         self._asked, self._due = "", 0.0
@@ -38,7 +39,7 @@ class Dashboard:
         """Send a request without waiting; returns why it was not sent, or an empty text."""
         if not self._sent(question):
             return f"the controller's dashboard does not take '{question}'"
-        self._asked, self._due, self._text = question, time.monotonic() + ANSWERED, b""
+        self._asked, self._due, self._text = question, self._clock.monotonic() + ANSWERED, b""
         return ""
 
     def answers(self) -> list[str]:
@@ -47,7 +48,7 @@ class Dashboard:
             return []
         self._receive()
         *lines, self._text = self._text.split(b"\n")
-        if not lines and time.monotonic() < self._due:
+        if not lines and self._clock.monotonic() < self._due:
             return []
         question, self._asked = self._asked, ""
         answer = lines[0].decode("utf-8", "replace").strip() if lines else ""
@@ -65,9 +66,9 @@ class Dashboard:
 
     def _line(self) -> str:
         """Wait for the next line; empty if none comes in time."""
-        end = time.monotonic() + self._patience
-        while b"\n" not in self._text and self._socket is not None and time.monotonic() < end:
-            select.select([self._socket], [], [], max(end - time.monotonic(), 0.0))
+        end = self._clock.monotonic() + self._patience
+        while b"\n" not in self._text and self._socket is not None and self._clock.monotonic() < end:
+            self._clock.readable([self._socket.fileno()], max(end - self._clock.monotonic(), 0.0))
             self._receive()
         line, newline, remainder = self._text.partition(b"\n")
         self._text = remainder if newline else b""

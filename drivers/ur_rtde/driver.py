@@ -5,7 +5,6 @@ that the driver sends follows the targets by `servoj`; the resulting delay of th
 positions only, and does not affect the measurements.
 """
 
-import time
 from contextlib import suppress
 from typing import Any
 
@@ -58,14 +57,14 @@ class UrRtde(Driver):
         if arm.dof != JOINTS:
             raise BadSettings(f"driver ur_rtde: the robot has {arm.dof} joints; expected {JOINTS}")
         self._registers = Registers(settings.first_register)
-        self._samples = ControllerSamples(arm.dof, len(STATE), settings.cycle)
+        self._samples = ControllerSamples(arm.dof, len(STATE), settings.cycle, self.clock)
         self._link: RtdeLink | None = None
         self._session: Session | None = None
         self._dashboard: Dashboard | None = None
         self._remarks = Remarks(STATE, REPORTED)
         self._flowing = self._armed = False
         self._demand, self._count = FOLLOW, 0
-        self._quiet, self._heard = 0.0, time.monotonic()
+        self._quiet, self._heard = 0.0, self.clock.monotonic()
         self._target = np.full(arm.dof, np.nan)
         self._held: np.ndarray | None = None
         self._joint_mode = np.zeros(arm.dof, int)
@@ -83,14 +82,16 @@ class UrRtde(Driver):
 
     def _open(self, commanding: bool) -> Info:
         settings = self.settings
-        self._link = RtdeLink(settings.address, settings.rtde_port, settings.wait)
+        self._link = RtdeLink(settings.address, settings.rtde_port, settings.wait, self.clock)
         try:
             self._session = agree(self._link, settings, self._registers, commanding)
             start(self._link)
             record = self._first()
             pause(self._link)
             if commanding:
-                self._dashboard = Dashboard(settings.address, settings.dashboard_port, settings.wait)
+                self._dashboard = Dashboard(
+                    settings.address, settings.dashboard_port, settings.wait, self.clock
+                )
                 self._require_ready(record)
             return info_of(settings, self._session.version, record, self._dashboard)
         except BaseException:
@@ -100,8 +101,8 @@ class UrRtde(Driver):
     def _first(self) -> np.void:
         """Wait for a record. Raises LinkLost if none comes."""
         link, session = self._opened()
-        end = time.monotonic() + self.settings.wait
-        while time.monotonic() < end:
+        end = self.clock.monotonic() + self.settings.wait
+        while self.clock.monotonic() < end:
             newest = link.newest(self.settings.cycle)
             if newest is not None:
                 return self._read(session, newest[0])
@@ -128,10 +129,10 @@ class UrRtde(Driver):
         self._target, self._demand, self._fault = record["target_q"].astype(float), FOLLOW, ""
         self._send()
         text = program_text(settings, number)
-        end = time.monotonic() + settings.wait
+        end = self.clock.monotonic() + settings.wait
         with program_sent(settings.address, settings.program_port, text, settings.wait):
             while int(record[self._registers.session]) != number:
-                if time.monotonic() > end:
+                if self.clock.monotonic() > end:
                     raise NotReady(
                         f"driver ur_rtde: the program does not begin in {settings.wait:g} s"
                         f"{self._last_message()}. Try Remote Control on the pendant (e-Series), and see its "
@@ -167,7 +168,7 @@ class UrRtde(Driver):
             sample = sample_of(self._samples, record, arrival, **known)
         except Unreadable as error:
             return self._silent((str(error),), sent)
-        self._quiet, self._heard = 0.0, time.monotonic()
+        self._quiet, self._heard = 0.0, self.clock.monotonic()
         return sample
 
     def _commanded(self, command: Command | None) -> bool:
@@ -213,7 +214,7 @@ class UrRtde(Driver):
 
     def _silent(self, why: tuple[str, ...] = (), sent: bool = False) -> Sample:
         """Sample without a measurement, so that monitors can decide. Raises LinkLost after too long."""
-        self._quiet = time.monotonic() - self._heard
+        self._quiet = self.clock.monotonic() - self._heard
         if self._quiet > LOST:
             received = f"nothing readable ({why[0]})" if why else "nothing"
             raise LinkLost(
@@ -245,7 +246,7 @@ class UrRtde(Driver):
         """Start the data if they do not flow yet; a controller that refuses sends none."""
         if not self._flowing:
             self._opened()[0].send(package(START))
-            self._flowing, self._heard = True, time.monotonic()
+            self._flowing, self._heard = True, self.clock.monotonic()
             self._samples.restart()
 
     def stop(self, level: StopLevel) -> None:
@@ -274,8 +275,8 @@ class UrRtde(Driver):
 
     def _until_ended(self) -> None:
         _, session = self._opened()
-        end = time.monotonic() + CLOSING
-        while time.monotonic() < end:
+        end = self.clock.monotonic() + CLOSING
+        while self.clock.monotonic() < end:
             newest = self._opened()[0].newest(self.settings.cycle)
             if newest and int(self._read(session, newest[0])["runtime_state"]) != PLAYING:
                 return

@@ -4,10 +4,8 @@ A package is a size, a kind and a body, in big-endian numbers. A recipe is a lis
 controller agree on; a data package contains the number of the recipe and the values.
 """
 
-import select
 import socket
 import struct
-import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -15,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import LinkLost
-from ..host_clock import host_time
+from ..host_clock import HOST, Clock
 
 PROTOCOL = 2
 """Version of the protocol; version 1 has neither frequency nor recipe numbers."""
@@ -130,12 +128,14 @@ class RtdeLink:
         address: Address of the controller.
         port: Port of the server.
         patience: Maximum time to connect, and to wait for an answer [s].
+        clock: Clock of the host.
 
     Attributes:
         texts: Messages of the controller that were not read yet.
     """
 
-    def __init__(self, address: str, port: int, patience: float) -> None:
+    def __init__(self, address: str, port: int, patience: float, clock: Clock = HOST) -> None:
+        self._clock = clock
         self._where, self._patience = f"{address}:{port}", patience
         try:
             self._socket = socket.create_connection((address, port), patience)
@@ -154,9 +154,9 @@ class RtdeLink:
     def ask(self, kind: bytes, body: bytes = b"") -> bytes:
         """Ask a question and return the answer, discarding data before it. Raises LinkLost if none comes."""
         self.send(package(kind, body))
-        end = time.monotonic() + self._patience
-        while time.monotonic() < end:
-            self._receive(end - time.monotonic())
+        end = self._clock.monotonic() + self._patience
+        while self._clock.monotonic() < end:
+            self._receive(end - self._clock.monotonic())
             while self._waiting:
                 answer_kind, answer = self._waiting.popleft()
                 if answer_kind == kind:
@@ -171,15 +171,15 @@ class RtdeLink:
 
         None if no package comes within `patience` [s]. Raises LinkLost if the connection has ended.
         """
-        end = time.monotonic() + patience
+        end = self._clock.monotonic() + patience
         while True:
-            self._receive(max(end - time.monotonic(), 0.0))
-            now = host_time()
+            self._receive(max(end - self._clock.monotonic(), 0.0))
+            now = self._clock.host_time()
             bodies = [body for kind, body in self._waiting if kind == DATA]
             self._waiting.clear()
             if bodies:
                 return bodies[-1], now
-            if time.monotonic() >= end:
+            if self._clock.monotonic() >= end:
                 return None
 
     def send(self, data: bytes) -> bool:
@@ -193,7 +193,7 @@ class RtdeLink:
 
     def _receive(self, patience: float) -> None:
         try:
-            if not select.select(self._waited_for, [], [], patience)[0]:
+            if not self._clock.readable(self._waited_for, patience):
                 return
             data = self._socket.recv(READ)
             if not data:

@@ -7,17 +7,11 @@ from ..text_table import UNKNOWN, digits
 
 
 class Number(NamedTuple):
-    """A number in a table.
+    """A number in a table."""
 
-    Attributes:
-        value: The value; NaN if it is unknown.
-        digits: Number of significant digits to show; integers are shown in full.
-        unit: Unit to show after the value; empty if the column header has it.
-    """
-
-    value: float
-    digits: int = 4
-    unit: str = ""
+    value: float  # the value; NaN if it is unknown
+    digits: int = 4  # number of significant digits to show; integers are shown in full
+    unit: str = ""  # unit to show after the value; empty if the column header has it
 
     def __str__(self) -> str:
         shown = digits(self.value, self.digits)
@@ -58,19 +52,12 @@ Row = Sequence[Cell]
 
 
 class Table(NamedTuple):
-    """A table.
+    """A table."""
 
-    Attributes:
-        head: Titles of the columns.
-        rows: Rows of cells; a row of one cell is a heading within the table.
-        words: Indices of columns of words besides the first; all others hold numbers.
-        first: Number of rows to show in text and Markdown; 0 for all.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Row]
-    words: Sequence[int] = ()
-    first: int = 0
+    head: Sequence[str]  # titles of the columns
+    rows: Sequence[Row]  # rows of cells; a row of one cell is a heading within the table
+    words: Sequence[int] = ()  # indices of columns of words besides the first; all others hold numbers
+    first: int = 0  # number of rows to show in text and Markdown; 0 for all
 
     @property
     def more(self) -> str:
@@ -125,19 +112,12 @@ Block = Table | Statements | Paragraph | Heading | Figure | Grid | Folded
 
 
 class Section(NamedTuple):
-    """A section with a heading.
+    """A section with a heading."""
 
-    Attributes:
-        anchor: Anchor for links to the section.
-        title: Title of the section.
-        blocks: Blocks in reading order; a section without blocks is left out.
-        detail: Whether text and Markdown leave it out.
-    """
-
-    anchor: str
-    title: str
-    blocks: Sequence[Block]
-    detail: bool = False
+    anchor: str  # anchor for links to the section
+    title: str  # title of the section
+    blocks: Sequence[Block]  # blocks in reading order; a section without blocks is left out
+    detail: bool = False  # whether text and Markdown leave it out
 
 
 class Chapter(NamedTuple):
@@ -149,18 +129,10 @@ class Chapter(NamedTuple):
 
 
 class Document(NamedTuple):
-    """Report on one or several results.
+    """Report on one or several results."""
 
-    Attributes:
-        title: Title of the page.
-        note: One line below the title; empty for none.
-        sections: Sections in reading order.
-        chapters: Chapters of further results.
-        facts: Short labels and values at the top of the page.
-    """
-
-    title: str
-    note: str
-    sections: Sequence[Section]
-    chapters: Sequence[Chapter] = ()
-    facts: Sequence[tuple[str, str]] = ()
+    title: str  # title of the page
+    note: str  # one line below the title; empty for none
+    sections: Sequence[Section]  # sections in reading order
+    chapters: Sequence[Chapter] = ()  # chapters of further results
+    facts: Sequence[tuple[str, str]] = ()  # short labels and values at the top of the page

@@ -4,16 +4,15 @@ Each row is gain * current = regressor @ values + known torque. If a motor drive
 (22)), the rows are motor torques: coupling^-T times joint torques.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import RecordingError
 from ..model import Model
-from ..preparation.filters import Decimation, low_pass
+from ..preparation.filters import Decimation
 from ..preparation.prepare import Prepared
 from .base_parameters import BaseParameters
 
@@ -34,12 +33,6 @@ class Equations:
     runs: tuple[slice, ...]  # rows of each run
     rate: float  # rows per second [Hz]
     noise: np.ndarray  # noise floor of `current`, shape (n,)
-    # Function that returns the regressor of the commanded motion, shape (r, n, b); None if the commanded
-    # motion was not recorded.
-    commanded: Callable[[], np.ndarray] | None = None
-    # Function that returns the standard deviation of the regressor and, in the last column, of the known
-    # torque that encoder noise causes, shape (n, b + 1).
-    regressor_noise: Callable[[], np.ndarray] | None = None
     # Nominal value of each standard parameter, shape (p,).
     nominal: np.ndarray = field(default_factory=lambda: np.empty(0))
     # Standard deviation of the nominal values, infinite without a prior, shape (p,).
@@ -55,13 +48,10 @@ class Equations:
         """Equations with some base parameters held at zero."""
         remaining = np.setdiff1d(np.arange(len(self.base.kept)), columns)
         base = replace(self.base, kept=self.base.kept[remaining], regrouping=self.base.regrouping[remaining])
-        commanded, noise = self.commanded, self.regressor_noise
         return replace(
             self,
             base=base,
             regressor=self.regressor[:, :, remaining],
-            commanded=None if commanded is None else lambda: commanded()[:, :, remaining],
-            regressor_noise=None if noise is None else lambda: noise()[:, [*remaining, -1]],
         )
 
 
@@ -94,43 +84,10 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
         runs=tuple(slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)),
         rate=runs[0].decimation.output_rate,
         noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
-        commanded=_commanded(model, base, runs),
-        regressor_noise=lambda: _regressor_noise(model, base, runs),
         nominal=model.nominal_values,
         tolerance=np.array([prior.std for prior in model.priors]),
         bodies=tuple(model.inertias),
     )
-
-
-def _commanded(
-    model: Model, base: BaseParameters, runs: Sequence[Prepared]
-) -> Callable[[], np.ndarray] | None:
-    """Function that returns the regressor of the commanded motion; None unless every run has one."""
-    pairs = [(run, run.commanded) for run in runs if run.commanded is not None]
-    if len(pairs) < len(runs):
-        return None
-    return lambda: np.concatenate([decimated_regressor(model, base, *pair)[0] for pair in pairs])
-
-
-def _regressor_noise(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> np.ndarray:
-    """Change of regressor and known torque (rms) when sampled encoder noise is added to the positions."""
-    squares = []
-    for run in runs:
-        motion = run.motion[: 10 * len(run.decimation.taps)]  # ten filter lengths are accurate to 10 %
-        noise = np.random.default_rng(0).normal(size=motion.position.shape) * run.encoder_noise
-        shift = low_pass(noise, run.decimation.rate, run.position_cutoff)
-        velocity, acceleration = differentiate(shift, run.decimation.rate)
-        disturbed = replace(
-            motion,
-            position=motion.position + shift,
-            velocity=motion.velocity + velocity,
-            acceleration=motion.acceleration + acceleration,
-        )
-        before = decimated_regressor(model, base, run, motion)
-        after = decimated_regressor(model, base, run, disturbed)
-        change = np.concatenate([after[0] - before[0], (after[1] - before[1])[:, :, None]], axis=2)
-        squares.append(np.mean(change**2, axis=0))
-    return np.sqrt(np.mean(squares, axis=0))
 
 
 def decimated_regressor(

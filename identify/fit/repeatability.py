@@ -122,8 +122,6 @@ def _at_payloads(model: Model, equations: Equations, values: np.ndarray) -> Equa
     shared = replace(
         equations,
         known=equations.known + equations.regressor @ values,
-        commanded=None,
-        regressor_noise=None,
     )
     return replace(shared, regressor=np.where(payload, 0.0, shared.regressor))
 

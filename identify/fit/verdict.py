@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..effects import Effect
-from ..notebook import counted as counted
+from ..notebook import counted
 from ..plausible.suspicion import CHECK_FIRST, UNLESS
 from ..preparation.prepare import ABOVE, SMOOTHED, SMOOTHED_REST
 from ..text_table import NORMAL_95, digits

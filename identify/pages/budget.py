@@ -1,4 +1,4 @@
-"""Residual by cause: table, sentences and plot of the budget of a diagnosis."""
+"""Residual by quantity: a table; and by cause: table, sentences and plot of the budget of a diagnosis."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Hypothesis
-from ..diagnosis.findings.residuals import Budget
+from ..diagnosis.findings.residuals import Budget, Located
 from ..diagnosis.results.budget import NOISE, OTHER
 from ..diagnosis.words.naming import effect_words, finding_names, joined, lower, named
 from ..diagnosis.words.sentences import possible
@@ -37,6 +37,42 @@ KEYS = 400.0
 """Distance between the two columns of the legend [pixels]."""
 LEGIBLE = 0.045
 """Smallest share of a bar whose percentage fits into it."""
+DEPENDS = (
+    "Share: part of the joint's squared baseline residual in the held-out runs (without such runs: in fitted "
+    "blocks that the others predict). Probability: that the torque depends on this quantity, whatever the "
+    "formula. Name: the effect if one is certain, or the family of effects if several fit about equally well."
+)
+OPEN = "formula open"
+"""Words for a certain family whose member is not certain."""
+
+
+def located_section(shown: Shown) -> Section:
+    """The section with the table; empty for a diagnosis without a budget."""
+    rows: list[list[Cell]] = [
+        [
+            shown.names[row.joint],
+            row.depends_on.replace("_", " "),
+            percent(row.share),
+            "" if row.probability is None else percent(row.probability, 3),
+            _name(row, shown.diagnosis),
+        ]
+        for row in shown.diagnosis.located
+    ]
+    head = ["joint", "depends on", "share", "probability", "name"]
+    blocks: list[Block] = [Paragraph(DEPENDS), Table(head, rows, words=(1, 4))] if rows else []
+    return Section("located", "Residual by quantity", blocks)
+
+
+def _name(row: Located, diagnosis: Diagnosis) -> str:
+    """The effect, its family, or "undecided"; empty if no finding explains the row."""
+    if row.finding is None:
+        return ""
+    finding = diagnosis.all_findings[row.finding]
+    if row.finding < len(diagnosis.findings):
+        return effect_words(finding.effect)
+    if not finding.family:
+        return "undecided"
+    return OPEN if finding.family == row.depends_on else f"{finding.family}, {OPEN}"
 
 
 class Part(NamedTuple):

@@ -6,9 +6,9 @@ from ..diagnosis.findings.diagnosis import Diagnosis, Simulated
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
+from ..diagnosis.words.measures import left_out_words, rows_head, size_rows
 from ..diagnosis.words.naming import change_names, effect_words
 from ..diagnosis.words.sentences import direction, span
-from ..diagnosis.words.size_words import left_out_words, rows_head, size_rows
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -26,11 +26,10 @@ from ..document.document import (
 from ..document.html import html
 from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed, percent
-from .budget import budget_section
+from .budget import budget_section, located_section
 from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
-from .located import located_section
-from .shown import Shown as Shown
+from .shown import Shown
 
 LEAST_CHANGE = 0.1
 """Smallest decrease of the squared error for which a candidate is listed [%]: the last digit printed."""

@@ -4,19 +4,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..diagnosis.candidates import kind_of
+from ..diagnosis.findings.axes import AXES
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
+from ..diagnosis.words.measures import size_words
 from ..diagnosis.words.naming import capital, named
 from ..diagnosis.words.sentences import dependence
-from ..diagnosis.words.size_words import size_words
 from ..diagnosis.words.verdict import certainty, headline, left_on, undecided
 from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph, Table
 from ..text_table import percent
 from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
-from .profiles import AXES, USUAL
 from .shown import Shown
 
 WITHOUT = "There are no plots because this diagnosis was loaded without the samples of its runs."
+USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
+"""Axes on which an unexplained residual is drawn."""
 FEWEST_POINTS = 3
 """Smallest number of points for which a curve is drawn."""
 NOTE = (

@@ -20,8 +20,9 @@ from ..document.document import (
 from ..document.html import html
 from ..fit.agreement import Agreement
 from ..fit.fit import Fit
-from ..fit.verdict import MISSING, counted
+from ..fit.verdict import MISSING
 from ..model import Model
+from ..notebook import counted
 from ..simulation.comparison import Comparison
 from ..text_table import digits
 from .compared_document import compared_sections, verdict

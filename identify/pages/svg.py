@@ -72,23 +72,14 @@ def label(value: float, span: Span) -> str:
 
 @dataclass(frozen=True)
 class Panel:
-    """A rectangle of a plot with its own scales.
+    """A rectangle of a plot with its own scales."""
 
-    Attributes:
-        x: Horizontal range of the data.
-        y: Vertical range of the data.
-        left: Distance from the left edge of the plot [pixels].
-        top: Distance from the upper edge of the plot [pixels].
-        width: Width [pixels].
-        height: Height [pixels].
-    """
-
-    x: Span
-    y: Span
-    left: float
-    top: float
-    width: float
-    height: float
+    x: Span  # horizontal range of the data
+    y: Span  # vertical range of the data
+    left: float  # distance from the left edge of the plot [pixels]
+    top: float  # distance from the upper edge of the plot [pixels]
+    width: float  # width [pixels]
+    height: float  # height [pixels]
 
     @classmethod
     def single(cls, x: Span, y: Span, width: float = 400.0, top: float = TOP) -> "Panel":

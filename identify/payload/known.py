@@ -14,8 +14,8 @@ import numpy as np
 from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError
 from ..fit.base_parameters import BaseParameters
-from ..fit.estimators.bayesian import prior
 from ..fit.estimators.nominal_gains import gain_deviation
+from ..fit.estimators.prior import prior
 from ..fit.fit import Fit
 from ..fit.settled_gains import settled
 from ..model import Model

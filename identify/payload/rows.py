@@ -28,19 +28,12 @@ drives and planetary gears lose 5 to 20 % of the torque that they transmit, hobb
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Equations of all runs, with the columns of each kind of unknown.
+    """Equations of all runs, with the columns of each kind of unknown."""
 
-    Attributes:
-        equations: Equations; the regressor has the columns of the arm, then those of the payload.
-        arm: Number of base parameters of the arm.
-        changing: Base parameters of the arm that may differ between runs: friction and offsets.
-        loaded: Whether the run of a row carries the payload, shape (r,).
-    """
-
-    equations: Equations
-    arm: int
-    changing: np.ndarray
-    loaded: np.ndarray
+    equations: Equations  # equations; the regressor has the columns of the arm, then those of the payload
+    arm: int  # number of base parameters of the arm
+    changing: np.ndarray  # base parameters of the arm that may differ between runs: friction and offsets
+    loaded: np.ndarray  # whether the run of a row carries the payload, shape (r,)
 
     @property
     def payload(self) -> slice:

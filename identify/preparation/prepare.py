@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import ndimage
 
-from ..arm.derivatives import differentiate
 from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
@@ -13,7 +12,7 @@ from ..recordings.servo_error import is_servo_error
 from . import cutoffs
 from .clipped import filled, is_clipped
 from .even import Even, torque_off
-from .filters import Decimation, low_pass
+from .filters import Decimation
 from .noise import noise_above, noise_at_rest, quantization, smoothed
 
 REST, ABOVE = "rest", "high frequencies"
@@ -87,7 +86,6 @@ class Prepared:
     # was filtered before it was recorded.
     noise_source: str
     encoder_noise: np.ndarray  # standard deviation of the measured position's white noise, shape (n,) [rad]
-    commanded: Motion | None = None  # commanded motion, filtered in the same way; None if it was not recorded
     known: tuple[tuple[str, float], ...] = ()  # known parameters of the payload: (parameter, value) pairs
     # Positions behind the gears, unfiltered, without the twist of gears in the model, shape (t, n) [rad]; NaN
     # if a joint has no second encoder, None if no link positions were recorded.
@@ -201,7 +199,6 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         noise=np.maximum(noise, quantization(measured, decimation)),
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
-        commanded=_commanded(even, cutoff, motion, inside),
         known=recording.payload.known if recording.payload else (),
         link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
@@ -252,19 +249,6 @@ def _inside(even: Even, cutoff: float, decimation: Decimation) -> slice:
             f"and {decimation.cutoff:.3g} Hz; record at least {3 * len(decimation.taps) / even.rate:.1f} s"
         )
     return slice(edge, samples - edge)
-
-
-def _commanded(even: Even, cutoff: float, measured: Motion, inside: slice) -> Motion | None:
-    """Commanded motion, with the temperature and payload of the measured motion."""
-    recorded = even.recording.signals.get("command")
-    if recorded is None or not len(recorded):  # a run that was stopped before its first command
-        return None
-    command = even.signal("command")
-    if not np.all(np.isfinite(command)):  # a joint whose command was not recorded
-        return None
-    smooth = low_pass(command, even.rate, cutoff)
-    velocity, acceleration = differentiate(smooth, even.rate)
-    return replace(measured, position=smooth, velocity=velocity, acceleration=acceleration)[inside]
 
 
 def _standstill(motion: Motion, filtering: Filtering, usual_speed: np.ndarray, run: str) -> np.ndarray:

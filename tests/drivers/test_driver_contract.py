@@ -11,8 +11,6 @@ from exidyn.identification.simulation.plant import typical_plant
 from ..parts.runs.run_parts import MODEL, START
 from ..peers.driver_peers import REAL, peer_of
 
-pytestmark = pytest.mark.clocked
-
 AMPLITUDE = 0.04
 """Of the motion that every arm is commanded [rad]: within the usual window of KUKA's, five degrees."""
 COUNT = 300

@@ -9,8 +9,6 @@ from exidyn.drivers import DRIVERS, driver_class, explain
 from exidyn.drivers.errors import BadSettings, UnknownDriver
 from exidyn.drivers.settings import read_settings, setting, template
 
-pytestmark = pytest.mark.clocked
-
 
 @dataclass(frozen=True)
 class Settings:

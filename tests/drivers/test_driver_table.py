@@ -13,8 +13,6 @@ from exidyn.drivers.errors import BadDriver, UnknownDriver
 from ..parts.installed_package import lay_out
 from ..peers.driver_peers import peer_of
 
-pytestmark = pytest.mark.clocked
-
 DOCS = Path(__file__).parents[2] / "docs"
 ARM = Arm(("joint1",), np.full(1, -1.0), np.full(1, 1.0), np.full(1, 1.0))
 MODULE = """

@@ -8,8 +8,6 @@ from exidyn.drivers import Command, DriverError, StopLevel, create
 from ..peers.driver_peers import REAL, peer_of
 from .test_driver_contract import arm, sent
 
-pytestmark = pytest.mark.clocked
-
 STEP = 0.0005
 """Of the commands in a cycle [rad]: slow, so that every stopping distance is short."""
 CYCLES = 60

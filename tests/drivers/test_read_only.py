@@ -12,8 +12,6 @@ from ..peers.can_arm import bus_settings
 from ..peers.driver_peers import peer_of
 from .test_driver_contract import arm
 
-pytestmark = pytest.mark.clocked
-
 COUNT = 30
 """Samples that are read."""
 

@@ -58,14 +58,11 @@ def test_a_message_names_the_field_what_is_expected_and_the_value(table, told):
     assert len(str(error.value)) < 200
 
 
-def test_the_kind_of_error_is_chosen():
-    with pytest.raises(RobotError):
-        checked({}, Outer, "file.json", RobotError)
-
-
-def test_what_is_right_is_read():
+def test_what_is_right_is_read_and_what_is_wrong_has_its_kind():
     read = checked({"rows": [{"place": 2, "values": {"a": 1}}], "more": 3}, Outer, "file.json")
     assert read == Outer((Inner(2, {"a": 1.0}),))
+    with pytest.raises(RobotError):
+        checked({}, Outer, "file.json", RobotError)
 
 
 @pytest.mark.parametrize("size", [1e-40, 1.0, 1e40])

@@ -1,8 +1,27 @@
 """How the drives on CAN count: what the peers have and their host must know."""
 
+import socket
 from types import SimpleNamespace
 
 import numpy as np
+
+CHANNEL = "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173"
+"""Interface-local scope: no frame leaves the machine."""
+
+
+def free_port():
+    """A UDP port of this test's own, so that parallel ones do not meet."""
+    with socket.socket(socket.AF_INET6, socket.SOCK_DGRAM) as probe:
+        probe.bind(("::", 0))
+        return probe.getsockname()[1]
+
+
+def multicast(port):
+    """A python-can bus on that port."""
+    import can
+
+    return can.Bus(channel=CHANNEL, interface="udp_multicast", port=port, fd=False, ignore_config=True)
+
 
 COUNTS, GEAR = 131072, 101.0
 """Counts a revolution of the motor, and revolutions of it a revolution of the joint."""
@@ -46,8 +65,7 @@ def bus_settings(address):
     """How a driver reaches the bus of a peer that text this address."""
     if address.startswith("/"):
         return {"interface": "slcan", "channel": address, "options": "sleep_after_open=0"}
-    channel = "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173"
-    return {"interface": "udp_multicast", "channel": channel, "options": f"port={address}, fd=false"}
+    return {"interface": "udp_multicast", "channel": CHANNEL, "options": f"port={address}, fd=false"}
 
 
 def canopen_settings(address, joints=6):

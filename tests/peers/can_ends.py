@@ -1,33 +1,21 @@
 """The bus ends that peers on CAN sit at: multicast that does not leave this machine, or a serial adapter."""
 
 import os
-import select
 import socket
 import struct
 import tty
 
 import can
 from can.interfaces.udp_multicast.utils import pack_message, unpack_message
+from can_arm import CHANNEL, free_port, multicast
+from virtual_clock import of_this_peer
 
+CLOCK = of_this_peer()
 SO_TIMESTAMPNS = 35
 """Linux gives the receive time with each datagram; the socket module has no name for it."""
 
-CHANNEL = "ff11:7079:7468:6f6e:6465:6d6f:6d63:6173"
-"""Interface-local scope: no frame leaves the machine."""
 NO_BUS = 77
 """Exit status of a peer that could not open its bus."""
-
-
-def free_port():
-    """A UDP port of this test's own, so that parallel ones do not meet."""
-    with socket.socket(socket.AF_INET6, socket.SOCK_DGRAM) as probe:
-        probe.bind(("::", 0))
-        return probe.getsockname()[1]
-
-
-def multicast(port):
-    """A python-can bus on that port."""
-    return can.Bus(channel=CHANNEL, interface="udp_multicast", port=port, fd=False, ignore_config=True)
 
 
 class SerialAdapter:
@@ -41,7 +29,7 @@ class SerialAdapter:
         self._text, self._frames, self._open = b"", [], False
 
     def recv(self, timeout):
-        if not self._frames and select.select([self._master], [], [], timeout)[0]:
+        if not self._frames and CLOCK.readable([self._master], timeout):
             self._text += os.read(self._master, 4096)
             *lines, self._text = self._text.split(b"\r")
             self._frames += filter(None, map(self._understand, lines))
@@ -88,7 +76,7 @@ class Multicast:
         self._echoes = set()
 
     def recv(self, timeout):
-        if not select.select([self._socket], [], [], timeout)[0]:
+        if not CLOCK.readable([self._socket], timeout):
             return None
         data, stamps, *_ = self._socket.recvmsg(4096, socket.CMSG_SPACE(16))
         if data in self._echoes:
@@ -98,7 +86,8 @@ class Multicast:
         for level, kind, stamp in stamps:  # when the kernel had it, however late this process is
             if level == socket.SOL_SOCKET and kind == SO_TIMESTAMPNS:
                 seconds, rest = struct.unpack("qq", stamp)
-                message.timestamp = seconds + 1e-9 * rest
+                late = CLOCK.age(seconds * 1_000_000_000 + rest)
+                message.timestamp = 1e-9 * (CLOCK.host_time() - late)
         return message
 
     def send(self, message):

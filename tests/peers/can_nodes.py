@@ -10,11 +10,7 @@ its standard input are such faults, KIND NODE, or as in `sensors.py`. Ends when 
 """
 
 import argparse
-import os
-import signal
 import sys
-import threading
-import time
 
 import can
 import numpy as np
@@ -23,7 +19,10 @@ from can_ends import NO_BUS, Multicast, SerialAdapter, frame, noise
 from cia402_node import PRE_OPERATIONAL, STATUS, Node
 from pace import Pace
 from sensors import Sensors
+from served import ended_of, schedule
+from virtual_clock import of_this_peer
 
+CLOCK = of_this_peer()
 RATED = 4000
 """Rated current [mA]."""
 FOR_ONE = (0x200 >> 7, 0x600 >> 7)
@@ -60,9 +59,9 @@ class Nodes:
             Node(number, self.sender(number), emit, speed, RATED) for number in range(1, joints + 1)
         ]
         self.cycles = self.enabled_at = 0
-        self.synced = self.moved = self.next_look = time.monotonic()
+        self.synced = self.moved = self.next_look = CLOCK.monotonic()
         self.pace, self.sensors = Pace(plant), Sensors()
-        self.measure(time.time())
+        self.measure(1e-9 * CLOCK.host_time())
         for node in self.nodes:
             node.held = node.demand = node.actual
 
@@ -100,9 +99,9 @@ class Nodes:
     def handle(self, message):
         if message.is_extended_id or message.is_remote_frame or message.is_error_frame:
             return
-        now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
+        now, identifier, data = CLOCK.monotonic(), message.arbitration_id, bytes(message.data)
         if identifier == 0x080 and not data:
-            self.synchronise(now, message.timestamp or time.time())
+            self.synchronise(now, message.timestamp or 1e-9 * CLOCK.host_time())
         elif identifier >> 7 in FOR_ONE:
             if 0 < identifier & 0x7F <= len(self.nodes):
                 self.nodes[(identifier & 0x7F) - 1].received(identifier, data, now)
@@ -123,7 +122,7 @@ class Nodes:
         self.go_wrong()
 
     def move(self, now):
-        self.moved = time.monotonic()
+        self.moved = CLOCK.monotonic()
         seconds = self.pace.length(self.nodes[0].period, now)
         after = np.array([node.move(seconds) for node in self.nodes])
         position = after / self.per_radian + self.zero
@@ -131,7 +130,7 @@ class Nodes:
 
     def pass_time(self):
         """What goes on without SYNC: heartbeats, and drives that are slowing down by themselves."""
-        now = time.monotonic()
+        now = CLOCK.monotonic()
         if now < self.next_look:
             return
         self.next_look = now + 0.001
@@ -141,7 +140,7 @@ class Nodes:
         if self.pace.lockstep:
             return
         if now - self.synced > 5.0 * seconds and now - self.moved > seconds:
-            self.move(time.time())
+            self.move(1e-9 * CLOCK.host_time())
 
     def go_wrong(self):
         for fault in self.faults:
@@ -184,7 +183,7 @@ class Nodes:
     def run(self, ended):
         for node in self.nodes:
             node.start()
-        while not ended.is_set():
+        while not ended():
             message = self.receive(0.005)
             while message is not None:  # what came while this process had to wait was no silence of the host
                 self.handle(message)
@@ -200,31 +199,6 @@ class Nodes:
 
 def emit(text):
     print(text, flush=True)
-
-
-def stop_with_input(told=lambda words: None):
-    """An event that is set when standard input ends or the process is asked to; lines there are handed on."""
-    ended = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: ended.set())
-
-    def read():
-        waiting = ""
-        while data := os.read(0, 1024).decode():
-            *lines, waiting = (waiting + data).split("\n")
-            for line in filter(None, lines):
-                told(line.split())
-        ended.set()
-
-    threading.Thread(target=read, daemon=True).start()
-    return ended
-
-
-def fifo(priority=70):
-    """First-in first-out scheduling, where it is allowed."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-    except (AttributeError, OSError):
-        emit("no real-time scheduling")
 
 
 def arguments(description):
@@ -268,7 +242,7 @@ def main():
     options = parser.parse_args()
     end = open_end(options.adapter, options.port)
     nodes = Nodes(end, plant(options), options.fault)
-    ended = stop_with_input(nodes.told)
+    ended = ended_of(nodes.told)
     nodes.pace.lockstep = options.lockstep
     for node in nodes.nodes if options.begin else ():
         node.state = options.begin
@@ -286,7 +260,7 @@ def main():
         nodes.nodes[number - 1].withheld.add((index, sub))
     emit(f"ready {end.address}")
     if options.fifo:
-        fifo()
+        schedule()
     nodes.run(ended)
     end.shutdown()
 

@@ -11,7 +11,8 @@ import struct
 
 import numpy as np
 from arm import make_plant
-from servo_line import ServoLine, fifo
+from served import schedule
+from servo_line import ServoLine
 from servo_units import GEARS
 
 PING, READ, WRITE, STATUS, SYNC_READ, SYNC_WRITE, FAST = 1, 2, 3, 0x55, 0x82, 0x83, 0x8A
@@ -240,7 +241,7 @@ def main():
     parser.add_argument("--torque", type=int, default=0)
     given = parser.parse_args()
     plant = make_plant(given.robot)
-    fifo()
+    schedule()
     line = Dynamixels(
         plant, given.cycle, given.baudrate, given.mirror, given.model, given.firmware, given.mode,
         given.return_delay, given.torque,

@@ -10,7 +10,8 @@ import struct
 
 import numpy as np
 from arm import make_plant
-from servo_line import ServoLine, fifo
+from served import schedule
+from servo_line import ServoLine
 from servo_units import GEARS, TURN
 
 PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 1, 2, 3, 0x82, 0x83
@@ -145,7 +146,7 @@ def main():
     parser.add_argument("--limits", type=int, nargs=2, default=(0, 0))
     given = parser.parse_args()
     plant = make_plant(given.robot, payload=given.payload)
-    fifo()
+    schedule()
     line = Feetechs(
         plant, given.cycle, given.gear, given.baudrate, given.mirror, given.mode, given.phase,
         given.return_delay, given.torque, given.limits,

@@ -296,7 +296,7 @@ def main():
     if given.version:
         refuse(given.version)
     controller = Controller(given)
-    ended = ended_of(controller)
+    ended = ended_of(controller.fault)
     keep_cycle(given.fifo)
     controller.init()
     print("ready", controller.hostname, flush=True)

@@ -7,7 +7,6 @@ of standard input or after --seconds.
 
 import argparse
 import json
-import select
 import signal
 import socket
 import struct
@@ -17,20 +16,15 @@ import xml.etree.ElementTree as ElementTree
 from collections import Counter, deque
 
 import numpy as np
+from arm import make_plant
+from krc_context import Context
+from sensors import Sensors
+from served import keep_cycle
+from virtual_clock import of_this_peer
 
 from exidyn.identification.robot_files.robot_file import read_model
 
-if __package__:
-    from .arm import make_plant
-    from .krc_context import Context
-    from .sensors import Sensors
-    from .served import keep_cycle
-else:
-    from arm import make_plant
-    from krc_context import Context
-    from sensors import Sensors
-    from served import keep_cycle
-
+CLOCK = of_this_peer()
 STAMPED = 35  # SO_TIMESTAMPNS
 
 
@@ -161,13 +155,13 @@ class Controller:
         return self.sign * np.degrees(position - self.zero)
 
     def run(self, ended):
-        deadline = time.monotonic()
+        deadline = CLOCK.monotonic()
         number = 0
         while not ended(number) and (not self.context.stopped or self.runs):
             deadline += self.cycle
-            if time.monotonic() > deadline + self.cycle:  # not the controller's fault, but this computer's
+            if CLOCK.monotonic() > deadline + self.cycle:  # not the controller's fault, but this computer's
                 self.total["own_stalls"] += 1
-                deadline = time.monotonic()
+                deadline = CLOCK.monotonic()
             self.send_until(deadline)
             self.one_cycle(number, deadline)
             number += 1
@@ -263,9 +257,9 @@ class Controller:
         """Sleep until a deadline, and send what was held back when its time has come."""
         while self.outbox and self.outbox[0][0] < deadline:
             due, data = self.outbox.pop(0)
-            time.sleep(max(due - time.monotonic(), 0.0))
+            CLOCK.sleep(max(due - CLOCK.monotonic(), 0.0))
             self.send(data)
-        time.sleep(max(deadline - time.monotonic(), 0.0))
+        CLOCK.sleep(max(deadline - CLOCK.monotonic(), 0.0))
 
     def telegram(self, number):
         if self.given.generation == "KRC2" and not number:
@@ -358,13 +352,13 @@ def main():
     controller = Controller(given)
     keep_cycle(given.fifo)
     print("ready", *controller.socket.getsockname(), flush=True)
-    end = time.monotonic() + given.seconds if given.seconds else float("inf")
+    end = CLOCK.monotonic() + given.seconds if given.seconds else float("inf")
 
     def ended(_=0, wait=0.0):
-        line = sys.stdin.readline() if select.select([sys.stdin], [], [], wait)[0] else "\n"
+        line = sys.stdin.readline() if CLOCK.readable([sys.stdin], wait) else "\n"
         if line.strip():
             controller.sensors.told(line.split())
-        return bool(not line or terminated) or time.monotonic() > end
+        return bool(not line or terminated) or CLOCK.monotonic() > end
 
     counts = controller.run(ended)
     controller.socket.close()

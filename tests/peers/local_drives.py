@@ -145,7 +145,7 @@ def drives_on(network, dictionary, positions, emit=print):
 
 
 def main():
-    from can_ends import free_port
+    from can_arm import free_port
     from ros2_dictionary import ros2_dictionary
 
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])

@@ -8,15 +8,17 @@ on: silent, error, runaway, noise. Ends when its standard input does.
 """
 
 import struct
-import time
 
 import numpy as np
 from can_arm import MASTER, MIT_RANGES, sign, zero
 from can_ends import frame, noise
-from can_nodes import arguments, emit, fifo, open_end, plant, stop_with_input
+from can_nodes import arguments, emit, open_end, plant
 from pace import Pace
 from sensors import Sensors
+from served import ended_of, schedule
+from virtual_clock import of_this_peer
 
+CLOCK = of_this_peer()
 TIMEOUT_UNIT = 50e-6
 RUNAWAY = 2.0
 """Speed of a joint whose motor no longer follows [rad/s]."""
@@ -42,7 +44,7 @@ class Motor:
         self.celsius = 25.0
         self.on, self.error = False, 0
         self.gains, self.wish = (100.0, 1.0), (0.0, 0.0)  # what the last host left
-        self.received_at = time.monotonic()
+        self.received_at = CLOCK.monotonic()
         self.registers = {
             1: 0.945, 8: number, 7: master, 9: 0, 10: 2, 14: 5015, 20: 10.0,
             21: RANGES[0], 22: RANGES[1], 23: RANGES[2],
@@ -137,9 +139,9 @@ class Motors:
         self.silent, self.running = set(), set()
         self.random = np.random.default_rng(0)
         self.asked, self.on_at = set(), 0
-        self.looked = time.monotonic()
+        self.looked = CLOCK.monotonic()
         self.pace, self.sensors = Pace(plant), Sensors()
-        self.measure(time.time())
+        self.measure(1e-9 * CLOCK.host_time())
         self.held = self.plant.measure().position.copy()
 
     def measure(self, now):
@@ -159,9 +161,9 @@ class Motors:
     def handle(self, message):
         if message.is_extended_id or message.is_remote_frame or len(message.data) != 8:
             return
-        now, identifier, data = time.monotonic(), message.arbitration_id, bytes(message.data)
+        now, identifier, data = CLOCK.monotonic(), message.arbitration_id, bytes(message.data)
         if not self.asked:  # the first of a cycle; what all see is of that moment
-            self.stamp = message.timestamp or time.time()
+            self.stamp = message.timestamp or 1e-9 * CLOCK.host_time()
             self.measure(self.stamp)
         if identifier == 0x7FF:
             motor = self.motors[data[0] - 1] if 0 < data[0] <= len(self.motors) else None
@@ -226,12 +228,12 @@ class Motors:
             motor.fail(10)
 
     def run(self, ended):
-        while not ended.is_set():
+        while not ended():
             message = self.receive(0.005)
             while message is not None:  # what came while this process had to wait was no silence of the host
                 self.handle(message)
                 message = self.receive(0.0)
-            now = time.monotonic()
+            now = CLOCK.monotonic()
             if now > self.looked + 0.002:
                 self.looked = now
                 for motor in self.motors:
@@ -259,7 +261,7 @@ def main():
     RANGES[2] = options.torque_range
     end = open_end(options.adapter, options.port)
     motors = Motors(end, plant(options), options)
-    ended = stop_with_input(motors.told)
+    ended = ended_of(motors.told)
     motors.pace.lockstep = options.lockstep
     for text in options.register:
         place, _, value = text.partition("=")
@@ -272,7 +274,7 @@ def main():
         motor.on, motor.wish = options.on, (motor.position, 0.0)
     emit(f"ready {end.address}")
     if options.fifo:
-        fifo()
+        schedule()
     motors.run(ended)
     end.shutdown()
 

@@ -6,21 +6,30 @@ import select
 import signal
 import sys
 
+from virtual_clock import of_this_peer
+
+from exidyn.drivers.host_clock import HOST
+
+
+def schedule(priority=70):
+    """First-in first-out scheduling, where it is allowed and the clock is that of the host."""
+    if priority and of_this_peer() is HOST:
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+        except (AttributeError, OSError):
+            print("no real-time scheduling", flush=True)
+
 
 def keep_cycle(fifo):
     """No garbage collection in a cycle; a real-time priority where one is given and allowed."""
-    if fifo:
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(fifo))
-        except (AttributeError, OSError):
-            print("no real-time scheduling", flush=True)
+    schedule(fifo)
     gc.collect()
     gc.freeze()
     gc.disable()
 
 
-def ended_of(controller):
-    """Whether the peer ends: on SIGTERM, or where its input does; each line there is a fault until then."""
+def ended_of(told):
+    """Whether the peer ends: on SIGTERM, or where its input does; the words of each line there are told."""
     terminated, waiting = [], [""]
     signal.signal(signal.SIGTERM, lambda *_: terminated.append(True))
 
@@ -31,7 +40,7 @@ def ended_of(controller):
                 return True
             *lines, waiting[0] = (waiting[0] + data).split("\n")
             for line in filter(None, lines):
-                controller.fault(line.split())
+                told(line.split())
         return bool(terminated)
 
     return ended

@@ -22,22 +22,17 @@ What goes wrong is sent through standard input, a line each, and "did ..." comes
 import heapq
 import os
 import random
-import select
-import time
 import tty
 
 import numpy as np
 from pace import Pace
 from sensors import Sensors
 from servo_units import TURN, ids, sign, zero
+from virtual_clock import of_this_peer
 
+from exidyn.drivers.host_clock import HOST
 
-def fifo(priority=70):
-    """First-in first-out scheduling, where it is allowed."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-    except (AttributeError, OSError):
-        print("no real-time scheduling", flush=True)
+CLOCK = of_this_peer()
 
 
 class MovedArm:
@@ -84,7 +79,7 @@ class ServoLine:
         self.arm = MovedArm(plant, cycle)
         self.per_radian, self.zero = sign(joints) * gear * TURN / (2.0 * np.pi), zero(joints)
         self.direction, self.gear, self.sensors = sign(joints), gear, Sensors()
-        self.waiting, self.received, self.received_at = [], b"", time.monotonic()
+        self.waiting, self.received, self.received_at = [], b"", CLOCK.monotonic()
         self.random = random.Random(0)
         self.clear()
 
@@ -98,7 +93,7 @@ class ServoLine:
 
     def shown_counts(self, largest):
         """Counts that the sensors show now; the largest, either way, for what has no value."""
-        shown = self.sensors.shown(self.arm.pace.position(time.monotonic()))
+        shown = self.sensors.shown(self.arm.pace.position(CLOCK.monotonic()))
         counts = np.nan_to_num(self.zero + shown * self.per_radian, nan=-largest)
         return np.rint(np.clip(counts, -largest, largest)).astype(int)
 
@@ -111,7 +106,7 @@ class ServoLine:
         data = b"".join(parts)
         if self.short and data:
             self.short, data = self.short - 1, data[:-5]
-        when = time.monotonic() + delay
+        when = CLOCK.monotonic() + delay
         if self.baudrate:
             when += 10.0 * (len(data) + self.heard_bytes) / self.baudrate
         if self.late[1] and data:
@@ -131,17 +126,17 @@ class ServoLine:
         self.first = [bytes(table) for table in self.tables]
         print(f"ready {self.address}", flush=True)
         while True:
-            now = time.monotonic()
+            now = CLOCK.monotonic()
             until = self.waiting[0][0] - now if self.waiting else 0.5 * self.arm.cycle
             if 0.0 < until < 3e-4:
-                time.sleep(until)  # more exact than to select
-            readable = select.select([self.master, 0], [], [], max(min(until, 0.5 * self.arm.cycle), 0.0))[0]
-            if 0 in readable and not self._told():
+                CLOCK.sleep(until)  # more exact than to select
+            CLOCK.readable([self.master, 0], max(min(until, 0.5 * self.arm.cycle), 0.0))
+            if HOST.readable([0], 0.0) and not self._told():
                 return
-            if self.master in readable:
+            if HOST.readable([self.master], 0.0):
                 self._hear()
             sent = self._send()
-            now = time.monotonic()
+            now = CLOCK.monotonic()
             if sent:
                 self.arm.follow(now)
             elif not self.waiting:
@@ -154,20 +149,20 @@ class ServoLine:
         except BlockingIOError:
             return
         except OSError:  # nobody has the other end open
-            time.sleep(0.01)
+            CLOCK.sleep(0.01)
             return
         if not self.received:
             self.sense()  # what is asked for is of this moment
         if self.echo:
             heapq.heappush(self.waiting, (0.0, data))
         self.received += data
-        self.received_at = time.monotonic()
+        self.received_at = CLOCK.monotonic()
         self.heard_bytes = len(self.received)
         self.received = self.understand(self.received)[-4096:]
 
     def _send(self):
         sent = False
-        while self.waiting and self.waiting[0][0] <= time.monotonic():
+        while self.waiting and self.waiting[0][0] <= CLOCK.monotonic():
             data = heapq.heappop(self.waiting)[1]
             sent = sent or bool(data)
             try:
@@ -195,7 +190,7 @@ class ServoLine:
         elif kind == "late":
             self.late = [numbers[0], int(numbers[1])]
         elif kind == "stall":
-            time.sleep(numbers[0])
+            CLOCK.sleep(numbers[0])
         elif kind == "babble":
             heapq.heappush(self.waiting, (0.0, self.random.randbytes(int(numbers[0]))))
         elif kind == "echo":

@@ -6,24 +6,17 @@ are faults (see `Controller.fault`); it ends with standard input.
 """
 
 import argparse
-import time
 from collections import deque
 
 import numpy as np
+from can_arm import ObedientArm
+from sensors import Sensors
+from served import ended_of, keep_cycle
+from ur_script import ScriptError, program
+from ur_servers import RtdeClient, TextServer, listening
+from virtual_clock import of_this_peer
 
-if __package__:
-    from .can_arm import ObedientArm
-    from .sensors import Sensors
-    from .served import ended_of, keep_cycle
-    from .ur_script import ScriptError, program
-    from .ur_servers import RtdeClient, TextServer, listening
-else:
-    from can_arm import ObedientArm
-    from sensors import Sensors
-    from served import ended_of, keep_cycle
-    from ur_script import ScriptError, program
-    from ur_servers import RtdeClient, TextServer, listening
-
+CLOCK = of_this_peer()
 STEP = {"cb3": 0.008, "e": 0.002}
 VERSION = {"cb3": (3, 15, 8, 106339), "e": (5, 12, 4, 1101319)}
 NORMAL, PROTECTIVE, EMERGENCY = 1, 3, 7
@@ -275,16 +268,16 @@ class Controller:
             print("inputs", self.inputs, flush=True)
 
     def run(self, ended):
-        deadline = time.monotonic()
+        deadline = CLOCK.monotonic()
         while not ended():
             deadline += self.step
-            now = time.monotonic()
+            now = CLOCK.monotonic()
             if now > deadline + STANDS_STILL:
                 missed = int((now - deadline) / self.step)
                 deadline += missed * self.step
                 self.time += missed * self.step  # a controller's clock goes on
                 print(f"stood still for {missed} cycles", flush=True)
-            time.sleep(max(deadline - now, 0.0))
+            CLOCK.sleep(max(deadline - now, 0.0))
             self.one_cycle()
 
 
@@ -292,10 +285,8 @@ def arm_of(given):
     """The arm, whose import takes a while unless it is the obedient one."""
     if given.robot == "obedient":
         return ObedientArm()
-    if __package__:
-        from .arm import make_plant
-    else:
-        from arm import make_plant
+    from arm import make_plant
+
     return make_plant(given.robot, given.start, given.seed)
 
 
@@ -324,7 +315,7 @@ def parser():
 def main():
     given = parser().parse_args()
     controller = Controller(given)
-    ended = ended_of(controller)
+    ended = ended_of(controller.fault)
     keep_cycle(given.fifo)
     servers = (controller.rtde, controller.programs, controller.dashboard)
     print("ready", given.bind, *(one.getsockname()[1] for one in servers), flush=True)

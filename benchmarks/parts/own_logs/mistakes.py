@@ -97,16 +97,6 @@ def _counted(steps: int) -> Callable[[np.ndarray], np.ndarray]:
     return lambda values: np.round(values * steps / (2 * np.pi))
 
 
-def _rows(change: Callable[[int], np.ndarray]) -> Callable[[Columns], Columns]:
-    """The same samples in other rows; change takes their number."""
-
-    def make(columns: Columns) -> Columns:
-        rows = change(len(columns["t"]))
-        return {name: values[rows] for name, values in columns.items()}
-
-    return make
-
-
 def _held(times: int, *names: str) -> Callable[[Columns], Columns]:
     return each(lambda values: np.repeat(values[::times], times)[: len(values)], *names)
 

@@ -10,10 +10,13 @@ from common import show
 
 from exidyn.identification.effects import EFFECTS
 from exidyn.identification.fit.equations import Equations, assemble
-from exidyn.identification.fit.estimators import Estimator, bayesian, weighted
+from exidyn.identification.fit.estimators import Estimate, Estimator, weighted
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.prior import prior
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
+from exidyn.identification.positive_definite import factored, solve
 from exidyn.identification.preparation.filters import low_pass
 from exidyn.identification.preparation.prepare import filtered, prepare
 from exidyn.identification.recordings.recording import Recording
@@ -79,7 +82,15 @@ def with_tolerance(model: Model, tolerance: float | None) -> Model:
 
 def estimator_of(recipe: Recipe) -> Estimator:
     """Least squares weighted by each joint's residual, with the prior if there is one."""
-    return weighted if recipe.tolerance is None else bayesian
+    return weighted if recipe.tolerance is None else with_prior
+
+
+def with_prior(equations: Equations) -> Estimate:
+    """Weighted least squares at the most probable values given the prior; the covariance is without it."""
+    data, (mean, spread) = weighted(equations), prior(equations)
+    covariance = given_nominal(data)
+    share = solve(factored(covariance + spread), covariance).T  # Kalman's gain
+    return replace(data, values=data.values + share @ (mean - data.values))
 
 
 class Compared(NamedTuple):

@@ -8,7 +8,6 @@ import numpy as np
 from common import show
 
 from exidyn.identification.effects import EFFECTS, Prior
-from exidyn.identification.fit.estimators import weighted
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
@@ -55,10 +54,9 @@ def payloads(data: DataSet, quick: bool) -> tuple[np.ndarray, dict[str, Any]]:
         [f"exidyn, gains from {known[1]:g} kg", other[1], *found, error]
         for (known, other), found, error in zip(directions, masses, errors, strict=True)
     ]
-    plain, plain_rows = published(data, unloaded, directions)
     header = ["", "true [kg]", "found [kg]", "std [kg]", "error %"]
-    show("ur10e: mass of the other body", header, [*rows, *plain_rows])
-    return both.estimate.gain, figures | {"plain_payload_error_percent": plain}
+    show("ur10e: mass of the other body", header, rows)
+    return both.estimate.gain, figures
 
 
 def loaded(data: DataSet, name: str, kilograms: float | None, body: str) -> Recording:
@@ -113,21 +111,3 @@ def gain_table(fits: Sequence[Fit], both: Fit) -> None:
         rows += [[label, *fit.estimate.gain], ["  its std", *fit.estimate.gain_std]]
     header = ["drive gains [N m/A]", *(f"J{j + 1}" for j in range(6))]
     show("ur10e: drive gains from a body of which the mass is given", header, rows)
-
-
-def published(
-    data: DataSet, unloaded: Sequence[Recording], directions: Sequence[Any]
-) -> tuple[dict[str, list[float]], list[list[Any]]]:
-    """Masses that a plain weighted fit with Coulomb friction finds with published gains."""
-    errors: dict[str, list[float]] = {}
-    rows = []
-    for label, gain in (("De Luca", DE_LUCA), ("repository", REPOSITORY)):
-        for _, (name, truth) in directions:
-            model = data.model()
-            model = replace(model, robot=replace(model.robot, drive_gain=gain))
-            runs = [*unloaded, loaded(data, name, None, UNKNOWN)]
-            fit = identify(runs, model=model, filtering=data.filtering, estimator=weighted, drop=False)
-            value, std = mass(fit)
-            errors.setdefault(label, []).append(100 * (value / truth - 1))
-            rows.append([f"plain fit, gains of {label}", truth, value, std, errors[label][-1]])
-    return errors, rows

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 from zlib import crc32
 
 import mujoco
@@ -108,39 +108,27 @@ STEPS, ROUNDS = 1000, 5
 """Steps of a round, and rounds in turn, of which the fastest counts: other programs only slow one down."""
 
 
-class Cost(NamedTuple):
-    """Of one arm."""
-
-    plain: float  # Process time of a step of the model alone [us]
-    attached: float  # With the effects
-
-    @property
-    def speed(self) -> float:
-        """Steps a second over those of the model alone [-]."""
-        return self.plain / self.attached
-
-
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
     """Steps a second with effects over those of plain MuJoCo; the effects are those of the cases."""
     chosen = cases(folder / "mjcf", ("dynamixel_2r",)) if quick else cases(folder / "mjcf")
-    costs = {case.name: cost(case) for case in chosen}
-    rows = [[name, one.plain, one.attached, one.speed] for name, one in costs.items()]
+    rows = [[case.name, *costs(case)] for case in chosen]
+    rows = [[*row, row[1] / row[2]] for row in rows]
     show("A step of MuJoCo's", ["arm", "plain [us]", "with effects [us]", "speed"], rows)
-    every = [one.speed for one in costs.values()]
-    return {"speed": median(every), "slowest": min(every)}
+    ratios = [row[3] for row in rows]
+    return {"speed": median(ratios), "slowest": min(ratios)}
 
 
-def cost(case: Case) -> Cost:
-    """Of an arm that its servos move to a pose."""
+def costs(case: Case) -> tuple[float, float]:
+    """Process time of a step of an arm that its servos move to a pose, alone and with effects [us]."""
     model = mujoco.MjModel.from_xml_path(str(case.path))
     model.opt.timestep, model.opt.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     data, motors = mujoco.MjData(model), servos(model, case.nominal.robot.joints)
-    fastest = {"plain": float("inf"), "attached": float("inf")}
+    plain, attached = [], []
     for _ in range(ROUNDS):
-        fastest["plain"] = min(fastest["plain"], _seconds(model, data, motors))
+        plain.append(_seconds(model, data, motors))
         with Attached(model, data, case.real):
-            fastest["attached"] = min(fastest["attached"], _seconds(model, data, motors))
-    return Cost(**{name: 1e6 * seconds / STEPS for name, seconds in fastest.items()})
+            attached.append(_seconds(model, data, motors))
+    return 1e6 * min(plain) / STEPS, 1e6 * min(attached) / STEPS
 
 
 def _seconds(model: mujoco.MjModel, data: mujoco.MjData, motors: list[int]) -> float:

@@ -85,7 +85,7 @@ def _exidyn(folder: Path, command: str, hook: Mapping[str, str] = {}) -> None:  
     ran = subprocess.run(
         [sys.executable, "-m", "exidyn.acquire.command_line", *command.split()],
         cwd=folder,
-        env={**os.environ, **hook, **walk},
+        env={**os.environ, "EXIDYN_UNATTENDED": "yes", **hook, **walk},
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

@@ -1,5 +1,9 @@
-"""Units of findings on revolute and prismatic joints; effects state their units for revolute joints."""
+"""Units of findings on revolute and prismatic joints, and their sizes in words.
 
+Effects state their units for revolute joints.
+"""
+
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -7,11 +11,16 @@ import numpy as np
 
 from ...arm.robot import SLIDING as LINEAR
 from ...arm.robot import Robot
+from ...text_table import digits
 from ..candidates import kind_of
+from ..findings.axes import AXES
 from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Finding
-from ..findings.quantities import SLIDING, TURNING
+from ..findings.quantities import SLIDING, TURNING, with_interval
+from ..findings.size import OF_A_CURVE, LeftOut, Point, Size
+from .naming import effect_words, joined
 
+BESIDE = "root mean square, that no other parameter can absorb"
 TorqueUnit = Literal["N m", "N"]
 
 
@@ -43,3 +52,62 @@ def in_units_of_joints(finding: Finding, robot: Robot) -> Finding:
     reasons = finding.left_out.items()
     left_out = {kind.determined_as.get(name, (name, ""))[0]: reason for name, reason in reasons}
     return replace(finding, parameters=parameters, left_out=left_out)
+
+
+def unit_over(size: Size, diagnosis: Diagnosis) -> str:
+    """Unit of the quantity that the torque depends on; empty if there is none."""
+    return AXES[size.over].unit(revolute(diagnosis, size.joint)) if size.over else ""
+
+
+def size_words(size: Size, diagnosis: Diagnosis) -> str:
+    """Torque of a finding as a part of a sentence: at its points, or else its root mean square."""
+    unit = diagnosis.torque_units[size.joint]
+    if not size.known:
+        return f"it gives {with_interval(size.beside_rms, size.beside_std)} {unit}, {BESIDE}"
+    axis = AXES[size.over]
+    against = " against the motion" if axis.braking else ""
+    first, *others = (_place(point, unit_over(size, diagnosis)) for point in size.points)
+    torques = [with_interval(point.torque, point.std) for point in size.points]
+    if size.change:
+        values = joined([f"{t} {unit} at {at}" for t, at in zip(torques[1:], others, strict=True)])
+        return f"relative to that at a {axis.words} of {first}, its torque{against} is {values}"
+    values = joined([f"{t} {unit} at {at}" for t, at in zip(torques, (first, *others), strict=True)])
+    return f"over the {axis.words}, its torque{against} is {values}"
+
+
+def _place(point: Point, unit: str) -> str:
+    return f"{digits(point.at, 2)} {unit} ({point.which})"
+
+
+def size_rows(size: Size, diagnosis: Diagnosis) -> list[tuple[str, float, float]]:
+    """Rows of a table: place, torque and standard deviation of the torque, both in [N m]."""
+    if not size.known:
+        return [("root mean square", size.beside_rms, size.beside_std)]
+    shown, unit = size.points[1 if size.change else 0 :], unit_over(size, diagnosis)
+    return [(_place(point, unit), point.torque, point.std) for point in shown]
+
+
+def rows_head(size: Size, diagnosis: Diagnosis) -> str:
+    """Heading of the rows of `size_rows`."""
+    if not size.known:
+        return "torque that no other parameter can absorb"
+    axis = AXES[size.over]
+    against = " against the motion" if axis.braking else ""
+    first = f"{digits(size.points[0].at, 2)} {unit_over(size, diagnosis)}" if size.change else ""
+    reference = f" relative to that at {first}," if size.change else ""
+    return f"torque{against}{reference} at a {axis.words} of"
+
+
+def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
+    """Reason why a parameter is not given, as a sentence, by name; empty for coefficients of a curve."""
+    return {
+        name: "" if reason == OF_A_CURVE else f"{name} is not given because {_why(reason)}."
+        for name, reason in left_out.items()
+    }
+
+
+def _why(reason: LeftOut) -> str:
+    if not reason.beside:
+        return "these runs do not determine it together with all other parameters"
+    of = f" of {effect_words(reason.effect)}" if reason.effect else ""
+    return f"these runs cannot separate it from {reason.beside}{of}"

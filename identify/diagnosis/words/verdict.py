@@ -14,10 +14,9 @@ from ..findings.residuals import Remainder
 from ..improved.improved import FOUND
 from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
-from .measures import slides
+from .measures import left_out_words, size_words, slides
 from .naming import capital, effect_words, joined, joint_words, lower, named
 from .sentences import dependence, hint_sentence, moment_sentence, sentence, undecided_sentence
-from .size_words import left_out_words, size_words
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:

@@ -59,21 +59,20 @@ class Compressed:
     counts: np.ndarray  # number of rows with nonzero weight of each joint, shape (n,)
 
     @classmethod
-    def of(cls, equations: Equations, weight: np.ndarray | None = None) -> "Compressed":
-        """Compress equations; `weight` (r, n) multiplies the weight that the equations already have.
+    def of(cls, equations: Equations) -> "Compressed":
+        """Compress equations.
 
         Raises:
             NotExcited: A joint slides in fewer than `FEWEST` rows.
         """
-        weight = equations.weight if weight is None else equations.weight * np.sqrt(weight)
-        factors = [_factor(equations, weight, joint) for joint in range(equations.current.shape[1])]
-        return cls(tuple(factors), np.count_nonzero(weight, axis=0))
+        factors = [_factor(equations, joint) for joint in range(equations.current.shape[1])]
+        return cls(tuple(factors), np.count_nonzero(equations.weight, axis=0))
 
     def updated(self, equations: Equations, joints: Iterable[int]) -> "Compressed":
         """Compressed equations after a change that affects only the rows of `joints`."""
         factors = list(self.factors)
         for joint in joints:
-            factors[joint] = _factor(equations, equations.weight, joint)
+            factors[joint] = _factor(equations, joint)
         return replace(self, factors=tuple(factors))
 
     def regressor(self, joint: int) -> np.ndarray:
@@ -107,12 +106,13 @@ class Compressed:
         return np.where(driven, deviations, np.max(deviations, where=driven, initial=0.0))
 
 
-def _factor(equations: Equations, weight: np.ndarray, joint: int) -> np.ndarray:
+def _factor(equations: Equations, joint: int) -> np.ndarray:
     """Triangular factor of one joint's weighted rows."""
+    weight = equations.weight[:, joint]
     rows = np.column_stack(
         [equations.regressor[:, joint], equations.known[:, joint], equations.current[:, joint]]
     )
-    rows = rows[weight[:, joint] > 0] * weight[weight[:, joint] > 0, joint, None]
+    rows = rows[weight > 0] * weight[weight > 0, None]
     if len(rows) < FEWEST:
         raise NotExcited(
             f"joint {joint + 1} slides in only {len(rows)} of {len(weight)} samples; "

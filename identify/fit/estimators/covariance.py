@@ -162,16 +162,16 @@ def _absorbed_power(hat: np.ndarray, lags: int) -> np.ndarray:
 
 
 def sandwich_with_gains(
-    equations: Equations, values: np.ndarray, gain: np.ndarray, wide: np.ndarray | None = None
+    equations: Equations, values: np.ndarray, gain: np.ndarray, wide: np.ndarray
 ) -> np.ndarray:
     """Covariance of (values, gains), shape (b + n, b + n), for a model that predicts currents.
 
-    `wide` is the prior standard deviation of each gain, shape (n,); infinite by default.
+    `wide` is the prior standard deviation of each gain, shape (n,).
     """
     torque = equations.regressor @ values + equations.known
     by_gain = -np.eye(len(gain)) * (torque / gain**2)[:, :, None]
     jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
-    before = np.concatenate([np.zeros(len(values)), np.zeros(len(gain)) if wide is None else wide**-2.0])
+    before = np.concatenate([np.zeros(len(values)), wide**-2.0])
     return sandwich(jacobian, equations.current - torque / gain, equations, before=before).covariance
 
 

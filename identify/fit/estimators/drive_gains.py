@@ -1,18 +1,11 @@
-r"""Joint estimation of drive gains and dynamics from runs with and without a known payload.
+r"""Maximum likelihood: drive gains and dynamics from runs with and without a known payload.
 
-Total least squares: the homogeneous system of the paper's (12), [V, -W, -P] [gain, values, 1] = rho, is
-solved by the right singular vector of the smallest singular value. This is optimal only if every entry of the
-matrix carries the same noise. In the original system it does not: currents of a few amperes stand beside
-columns of hundreds of rad/s^2, and joints differ in noise. `literal` shows the effect. `total` divides each
-joint's rows by its torque noise and each column by its own noise; `mixed` is the limit in which the regressor
-is exact (Van Huffel and Vandewalle, the mixed LS-TLS problem).
-
-`literal` and `total` report the paper's covariance (20), which assumes white noise; with a colored residual,
-their intervals are too narrow. `mixed` reports the covariance of the module `covariance`.
-
-Maximum likelihood: the noise is in the currents, so the model predicts currents and minimizes
+The noise is in the currents, so the model predicts currents and minimizes
 :math:`\sum_j \| i_j - \gamma_j (W_j \chi + P_j) \|^2 / \sigma_j^2` with :math:`\gamma_j = 1/g_j`. It is
 unbiased, unlike least squares in torque, where noisy currents are regressors and bias the gains low.
+
+The iteration starts at a total least squares solution of [V, -W, -P] [gain, values, 1] = 0, with rows divided
+by their torque noise and an exact regressor (Van Huffel and Vandewalle, the mixed LS-TLS problem).
 """
 
 from dataclasses import replace
@@ -25,44 +18,6 @@ from ..equations import Equations
 from .compressed import Compressed, Estimate, solve
 from .covariance import sandwich_with_gains
 from .least_squares import weighted_solution
-
-
-def literal(equations: Equations) -> Estimate:
-    """Total least squares as in the paper's (12) to (21), without weights."""
-    unweighted = np.ones(len(equations.gain))
-    system = _homogeneous(equations, Compressed.of(equations), unweighted)
-    return _total("literal", equations, system, np.ones(system.shape[1]))
-
-
-def total(equations: Equations) -> Estimate:
-    """Total least squares with rows and columns weighted by their noise."""
-    compressed = Compressed.of(equations)
-    estimate = mixed(equations)
-    encoder = equations.regressor_noise() if equations.regressor_noise else None
-    for _ in range(3):  # the weights depend weakly on the gains
-        system = _homogeneous(equations, compressed, estimate.noise)
-        columns = _column_noise(equations, estimate.noise, estimate.gain, encoder)
-        estimate = _total("total", equations, system, columns)
-    return estimate
-
-
-def mixed(equations: Equations) -> Estimate:
-    """Mixed LS-TLS with noise in the currents and an exact regressor."""
-    require_payload(equations)
-    compressed = Compressed.of(equations)
-    n = len(equations.gain)
-    noise, gain = _nominal_noise(equations), equations.gain
-    for attempt in range(20):
-        system = _homogeneous(equations, compressed, noise)
-        vector = _mixed_solution(system, n, _gain_column_noise(compressed.counts, gain))
-        before, gain, values = gain, vector[:n], vector[n:-1]
-        noise = compressed.residual_std(values, gain)
-        if (
-            attempt > 0 and np.max(np.abs(gain / before - 1)) < 1e-8
-        ):  # the first uses weights of the noise floor
-            break
-    # To first order, the estimating equations are those of maximum likelihood in the currents.
-    return Estimate("mixed", values, gain, sandwich_with_gains(equations, values, gain), noise)
 
 
 def require_payload(equations: Equations) -> None:
@@ -80,9 +35,9 @@ def require_payload(equations: Equations) -> None:
         )
 
 
-def _homogeneous(equations: Equations, compressed: Compressed, noise: np.ndarray) -> np.ndarray:
+def homogeneous(compressed: Compressed, noise: np.ndarray) -> np.ndarray:
     """Compressed [V, W, P] of all joints, rows divided by their torque noise, shape (rows, n + b + 1)."""
-    n = len(equations.gain)
+    n = len(noise)
     blocks = []
     for joint in range(n):
         rows = compressed.factors[joint] / noise[joint]
@@ -98,48 +53,21 @@ def _nominal_noise(equations: Equations) -> np.ndarray:
     return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
 
 
-def _gain_column_noise(counts: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Noise of each current column in weighted rows, as a root sum of squares, shape (n,) [A/(N m)].
-
-    Each of the `counts` (n,) rows of a joint has a noise of one over its gain; the other rows have none.
-    """
-    return np.sqrt(counts) / np.abs(gain)
-
-
-def _column_noise(
-    equations: Equations, noise: np.ndarray, gain: np.ndarray, encoder: np.ndarray | None
-) -> np.ndarray:
-    """Noise of each column of [V, W, P] in weighted rows, as a root sum of squares, shape (n + b + 1,)."""
-    counts = equations.weight.sum(axis=0)
-    columns = np.concatenate([equations.regressor, equations.known[:, :, None]], axis=2)
-    size = np.sqrt(np.einsum("rnb,rn->b", columns**2, equations.weight / noise**2))
-    # A constant column has no noise; a floor of 1e-6 keeps the singular values within double precision.
-    floor = 1e-6 * size
-    if encoder is not None:
-        floor = np.maximum(floor, np.sqrt((counts / noise**2) @ encoder**2))
-    return np.concatenate([_gain_column_noise(counts, gain), floor])
-
-
-def _total(method: str, equations: Equations, system: np.ndarray, column_noise: np.ndarray) -> Estimate:
-    """Total least squares as in the paper's (16) to (21), with each column divided by its noise."""
-    require_payload(equations)
-    compressed, n = Compressed.of(equations), len(equations.gain)
-    scaled = system / column_noise
-    _, singular, right = linalg.svd(scaled, full_matrices=False)
-    last = right[-1]
-    vector = last / column_noise
-    vector = vector / vector[-1]
-    unknowns = last[:-1] / last[-1]  # of the scaled columns, for which (20) holds
-    deviation = singular[-1] / np.sqrt(compressed.counts.sum() - scaled.shape[1])
-    compatible = scaled - np.outer(scaled @ last, last)
-    gram = compatible[:, :-1].T @ compatible[:, :-1]
-    covariance = deviation**2 * (1 + unknowns @ unknowns) * np.linalg.pinv(gram, hermitian=True)
-    back = column_noise[-1] / column_noise[:-1]
-    covariance = covariance * np.outer(back, back)
-    order = np.concatenate([np.arange(n, len(covariance)), np.arange(n)])
-    values, gain = vector[n:-1], vector[:n]
-    noise = compressed.residual_std(values, gain)
-    return Estimate(method, values, gain, covariance[np.ix_(order, order)], noise)
+def _mixed(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
+    """Values (b,) and gains (n,) by mixed LS-TLS with noise in the currents and an exact regressor."""
+    n = len(equations.gain)
+    noise, gain = _nominal_noise(equations), equations.gain
+    for attempt in range(20):
+        # Noise of each current column in weighted rows, as a root sum of squares [A/(N m)]: each row of a
+        # joint has a noise of one over its gain; the other rows have none.
+        gain_noise = np.sqrt(compressed.counts) / np.abs(gain)
+        vector = _mixed_solution(homogeneous(compressed, noise), n, gain_noise)
+        before, gain, values = gain, vector[:n], vector[n:-1]
+        noise = compressed.residual_std(values, gain)
+        # The first attempt uses weights of the noise floor.
+        if attempt > 0 and np.max(np.abs(gain / before - 1)) < 1e-8:
+            break
+    return values, gain
 
 
 def _mixed_solution(system: np.ndarray, n: int, gain_noise: np.ndarray) -> np.ndarray:
@@ -196,8 +124,7 @@ def _start(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np
     """
     try:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            start = mixed(equations)
-        values, gain = start.values, start.gain
+            values, gain = _mixed(equations, compressed)
     except (np.linalg.LinAlgError, ValueError):
         return weighted_solution(equations, compressed)[0], equations.gain
     share = np.abs(gain / equations.gain)

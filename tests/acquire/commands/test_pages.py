@@ -110,15 +110,12 @@ def test_options_that_pages_name_exist(page):
     assert alone <= every | {
         "--arm",
         "--completion",
-        "--coverage",
         "--arms",
         "--resume",
         "--bare",
         "--fifo",
         "--keep",
-        "--lines",
         "--quick",
-        "--sweep",
         "--version",
     }  # those of benchmarks, of peers, and of all commands
 

@@ -1,19 +1,14 @@
 """Driver can_mit against motors in another process on a real python-can bus."""
 
-import time
-
 import can
 import numpy as np
 import pytest
 
-from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers import Command, Driver, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from ...parts.controllers.can_peers import ARM, command, follow, motors, standing, until_fault
-from ...peers.can_arm import MASTER, mit_settings
-from ...peers.can_ends import multicast
-
-pytestmark = pytest.mark.clocked
+from ...peers.can_arm import MASTER, mit_settings, multicast
 
 STEP = 25.0 / 65535.0
 """Of position in a frame [rad]."""
@@ -157,7 +152,7 @@ def test_reading_goes_on_after_a_pause_of_this_computer():
     with motors(dead_man=0.1) as (_, driver):
         driver.open_to_read()
         driver.exchange(None)
-        time.sleep(1.2)
+        Driver.clock.sleep(1.2)
         samples = [driver.exchange(None) for _ in range(5)]
         assert not samples[-1].stale.any()
         assert samples[-1].fault == ""

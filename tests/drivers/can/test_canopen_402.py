@@ -1,20 +1,14 @@
 """Driver canopen_402 against drives in another process on a real python-can bus."""
 
-import time
-
 import can
-import canopen
 import numpy as np
 import pytest
 
-from exidyn.drivers import StopLevel, create, explain
+from exidyn.drivers import Driver, StopLevel, create, explain
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
 from ...parts.controllers.can_peers import ARM, command, drives, follow, standing, until_fault
-from ...peers.can_arm import canopen_settings
-from ...peers.can_ends import multicast
-
-pytestmark = pytest.mark.clocked
+from ...peers.can_arm import canopen_settings, multicast
 
 
 def armed(driver):
@@ -60,24 +54,17 @@ def test_a_sample_at_500_hz_has_all_joints():
     with drives(cycle=0.002) as (_, driver):
         armed(driver)
         fresh = [not driver.exchange(None).stale.any() for _ in range(500)]
-        assert sum(fresh) > 50
+        assert all(fresh)
 
 
 def test_what_is_set_is_in_the_drives():
-    with drives(following_error=0.2, write_limits=True) as (peer, driver):
+    with drives(following_error=0.2, write_limits=True) as (_, driver):
         driver.open()
-        settings = canopen_settings(peer.address)
-        port = int(settings["options"].split("=")[1].split(",")[0])
-        network = canopen.Network()
-        network.connect(interface="udp_multicast", channel=settings["channel"], port=port, fd=False)
-        try:
-            sdo = network.add_node(3, canopen.ObjectDictionary()).sdo
-            read = {
-                (index, sub): int.from_bytes(sdo.upload(index, sub), "little", signed=index == 0x60C2)
-                for index, sub in EXPECTED
-            }
-        finally:
-            network.disconnect()
+        sdo = driver._network._network[3].sdo
+        read = {
+            (index, sub): int.from_bytes(sdo.upload(index, sub), "little", signed=index == 0x60C2)
+            for index, sub in EXPECTED
+        }
     assert read == EXPECTED
 
 
@@ -137,8 +124,7 @@ def test_arming_after_a_held_stop_goes_through_no_state_without_torque():
             driver.exchange(None)
         before = len(peer.lines)
         driver.arm_drives()
-        with peer._news:  # what drives print comes later than what they answer
-            assert peer._news.wait_for(lambda: len(peer.lines) >= before + 6, 60.0)
+        assert peer.wait_until(lambda: len(peer.lines) >= before + 6)
         assert {line.split(": ")[1].strip() for line in peer.lines[before:]} == {"enabled"}
 
 
@@ -232,7 +218,7 @@ def test_after_a_pause_of_this_computer_drives_are_not_enabled_again_and_nothing
         where = armed(driver)
         follow(driver, where, 20)
         stood, before = standing(driver), sum("enabled" in line for line in peer.lines)
-        time.sleep(0.6)  # the drives' watchdog stops them
+        Driver.clock.sleep(0.6)  # the drives' watchdog stops them
         peer.wait_for("node 6: stopping")
         samples = [driver.exchange(command(stood + 0.3)) for _ in range(40)]
         assert "this computer sent nothing for" in samples[0].fault

@@ -12,8 +12,7 @@ from exidyn.drivers.errors import NotReady
 
 from ...parts.controllers.can_peers import ARM, SLOW, command, follow, late_answers_count, standing
 from ...parts.system_needs import MULTICAST
-from ...peers.can_arm import COUNTS, GEAR, canopen_settings, sign, zero
-from ...peers.can_ends import CHANNEL
+from ...peers.can_arm import CHANNEL, COUNTS, GEAR, canopen_settings, sign, zero
 from ...peers.local_drives import drives_on
 from ...peers.peer_process import Peer
 from ...peers.ros2_dictionary import ros2_dictionary
@@ -35,7 +34,7 @@ SETTINGS = {
 @contextmanager
 def in_a_process():
     MULTICAST.require()
-    with Peer("local_drives.py", *POSITIONS) as process:
+    with Peer("local_drives.py", *POSITIONS, shared=False) as process:
         yield canopen_settings(process.address)
 
 

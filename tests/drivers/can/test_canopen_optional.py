@@ -9,8 +9,6 @@ from exidyn.drivers.errors import BadSettings, NotReady
 from ...parts.controllers.can_peers import ARM, drives, follow, standing
 from ...peers.can_arm import canopen_settings
 
-pytestmark = pytest.mark.clocked
-
 CURRENT = 0.1 * np.arange(1, 7)
 """What the peer's motors draw [A], rated at 4 A and 2 N m."""
 

@@ -8,7 +8,7 @@ import pytest
 from exidyn.drivers.can.claim import Claim
 from exidyn.drivers.errors import NotReady
 
-from ...peers.can_ends import free_port
+from ...peers.can_arm import free_port
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="only Linux has names that end with a process"

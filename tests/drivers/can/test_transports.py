@@ -1,8 +1,8 @@
 """Transports: they send and receive what python-can does, frame by frame."""
 
 import os
+import select
 import socket
-import time
 import tty
 
 import can
@@ -22,7 +22,7 @@ from exidyn.drivers.can.transports import (
 from exidyn.drivers.host_clock import Pause
 
 from ...parts.system_needs import MULTICAST, TERMINALS
-from ...peers.can_ends import CHANNEL, free_port
+from ...peers.can_arm import CHANNEL, free_port
 
 FRAMES = [(0x181, b"12345678"), (0x000, b"\x01\x05"), (0x080, b""), (0x7FF, b"\xff\xa4data\xc4")]
 
@@ -49,7 +49,8 @@ def serial():
         sleep_after_open=0,
         ignore_config=True,
     )
-    os.read(master, 4096)
+    while select.select([master], [], [], 0.0)[0]:
+        os.read(master, 4096)
     yield transport_of(bus, "slcan", "", {}), master
     bus.shutdown()
     os.close(master)
@@ -274,12 +275,12 @@ def test_what_an_interface_returns_of_what_was_sent_is_passed_over():
         assert transport.receive(0.0) is None
 
 
-def test_after_a_pause_of_this_computer_frames_are_held_back_once(socketcan):
+def test_after_a_pause_of_this_computer_frames_are_held_back_once(socketcan, clock):
     transport, kernel = socketcan
     kernel.setblocking(False)
-    transport.pause = Pause(0.01)
+    transport.pause = Pause(0.01, clock)
     transport.pause.begin()
-    time.sleep(0.05)
+    clock.sleep(0.05)
     transport.send(FRAMES, 0.1)
     with pytest.raises(BlockingIOError):
         kernel.recv(100)

@@ -34,8 +34,7 @@ def controller(*arguments, patience=2000, **settings):
 
 
 def tell(peer, line):
-    peer.process.stdin.write(f"{line}\n")
-    peer.process.stdin.flush()
+    peer.tell(line)
 
 
 def hold(driver):

@@ -7,8 +7,6 @@ import pytest
 
 from exidyn.drivers import Arm, MissingPackage, create, explain
 
-pytestmark = pytest.mark.clocked
-
 
 def test_a_missing_library_is_named_with_the_command_that_brings_it(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)

@@ -8,8 +8,6 @@ from exidyn.drivers.kuka_rsi.telegram import Answer
 
 from ...peers.krc_context import Context
 
-pytestmark = pytest.mark.clocked
-
 TAGS = tuple(f"AK.{axis}" for axis in AXES)
 ANSWER = Answer("ImFree", standard_config("127.0.0.1").receive, TAGS, "Stop")
 

@@ -16,8 +16,6 @@ from exidyn.quoting import one_line
 from ...parts.controllers.rsi_controller import config_file, driver
 from ...parts.small.hostile_names import NAMES
 
-pytestmark = pytest.mark.clocked
-
 INDUSTRIAL = """<ROOT><CONFIG><IP_NUMBER>192.168.1.25</IP_NUMBER> <!-- of the host -->
 <PORT> 59152 </PORT><SENTYPE>Sensor</SENTYPE></CONFIG>
 <SEND><ELEMENTS>

@@ -9,8 +9,6 @@ from exidyn.drivers.kuka_rsi.telegram import TelegramReader
 
 from ...parts.controllers.rsi_controller import START, telegram
 
-pytestmark = pytest.mark.clocked
-
 AXES = ("A1", "A2", "A3", "A4", "A5", "A6")
 READER = TelegramReader([f"AIPos.{axis}" for axis in AXES])
 ROOM = 5.0 * np.ones(6)

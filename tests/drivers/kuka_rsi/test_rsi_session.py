@@ -7,8 +7,6 @@ from exidyn.drivers.kuka_rsi.telegram import TelegramReader
 
 from ...parts.controllers.rsi_controller import telegram
 
-pytestmark = pytest.mark.clocked
-
 
 def session():
     return Session(TelegramReader(["AIPos.A1"]), 4)

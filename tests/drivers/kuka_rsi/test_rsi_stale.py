@@ -10,8 +10,6 @@ from exidyn.drivers.values import SIGNALS
 
 from ...parts.controllers.rsi_controller import START, by_hand, config_file, driver, telegram
 
-pytestmark = pytest.mark.clocked
-
 
 class Measured:
     """An arm of which axis 2 moves by 0.01 degrees a cycle, with noisy currents."""

@@ -10,8 +10,6 @@ from exidyn.drivers.kuka_rsi.telegram import LEARN, LONGEST, Answer, TelegramRea
 
 from ...parts.controllers.rsi_controller import START, telegram
 
-pytestmark = pytest.mark.clocked
-
 NAMES = [f"{element}.{axis}" for element in ("AIPos", "MACur") for axis in AXES] + ["Delay.D"]
 CURRENT = (-1.924, 0.734, 2.369, 0.032, 0.239, -0.066)
 

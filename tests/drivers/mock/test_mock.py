@@ -1,11 +1,11 @@
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers import Command, Driver, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
+from exidyn.drivers.host_clock import HOST
 from exidyn.drivers.mock.driver import EPOCH, SteppedClock
 from exidyn.identification.fit.estimators.nominal_gains import given_nominal
 from exidyn.identification.fit.identification import identify
@@ -16,8 +16,6 @@ from exidyn.identification.simulation.plant.typical import typical_parts
 from ...parts.controllers.mock_parts import CYCLE, STEPPED, arm, moving, opened, play
 from ...parts.small.two_joints import GAIN, model, trajectory, true_values
 from ...peers.arm import make_plant
-
-pytestmark = pytest.mark.clocked
 
 
 def test_it_reports_what_it_is():
@@ -127,14 +125,16 @@ def test_beyond_the_window_the_controller_stops():
     assert abs(samples[-1].position[0] - samples[0].position[0]) < 0.07
 
 
-def test_in_real_time_it_keeps_to_the_clock():
+@pytest.mark.clocked
+def test_in_real_time_it_keeps_to_the_clock(monkeypatch):
+    monkeypatch.setattr(Driver, "clock", HOST)
     driver = create("mock", {"cycle": 0.01, "clock": "real"}, arm())
     with driver:
         assert driver.in_real_time
         driver.open()
-        begin = time.monotonic()
+        begin = HOST.monotonic()
         samples = [driver.exchange(command) for command in moving(20, cycle=0.01)]
-        gone = time.monotonic() - begin
+        gone = HOST.monotonic() - begin
     assert gone > 0.19
     host = np.diff([sample.host_time for sample in samples])
     assert np.all(host > 0)
@@ -226,12 +226,12 @@ def test_peers_get_an_arm_in_the_middle_of_its_range():
     np.testing.assert_allclose(elsewhere.measure().position, -0.3, atol=1e-4)
 
 
-def test_before_the_first_command_nobody_is_missed():
+def test_before_the_first_command_nobody_is_missed(clock):
     """A program that only reads, or that asks a person first, may take its time."""
     driver, _ = opened(clock="real", dead_man=0.002)
     for _ in range(3):
-        time.sleep(0.02)
+        clock.sleep(0.02)
         assert not driver.exchange(None).fault
     driver.exchange(moving(1)[0])
-    time.sleep(0.02)
+    clock.sleep(0.02)
     assert "no command for 0.002 s" in driver.exchange(None).fault

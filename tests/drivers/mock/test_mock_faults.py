@@ -7,8 +7,6 @@ from exidyn.drivers.mock.faults import FAULTS, read_faults
 
 from ...parts.controllers.mock_parts import moving, opened, play
 
-pytestmark = pytest.mark.clocked
-
 FAULTY = moving(300)
 
 

@@ -1,12 +1,11 @@
 """The Dynamixel driver, against servos that run as a process."""
 
 import random
-import time
 
 import numpy as np
 import pytest
 
-from exidyn.drivers import Command, StopLevel, create
+from exidyn.drivers import Command, Driver, StopLevel, create
 from exidyn.drivers.dynamixel.packet import ERRORS
 from exidyn.drivers.dynamixel.registers import MODELS, RETURN_DELAY, joins_answers
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
@@ -25,8 +24,6 @@ from ...parts.controllers.servo_parts import (
     still,
     until,
 )
-
-pytestmark = pytest.mark.clocked
 
 
 @pytest.fixture(scope="module")
@@ -239,7 +236,7 @@ def test_the_bus_watchdog_stops_the_servos_when_the_computer_falls_silent(servos
         one.open()
         one.arm_drives()
         start = fresh(one).position
-        time.sleep(0.3)
+        Driver.clock.sleep(0.3)
         sample, _ = until(one, lambda s: s.fault, hold(start + 0.1))
         assert "this computer sent nothing for" in sample.fault
         one._armed = False  # let go without a word, as a dead computer does
@@ -252,7 +249,7 @@ def test_waiting_before_the_first_cycle_does_no_harm(servos):
     with driver("dynamixel", servos, watchdog=1.0) as one:
         one.open()
         one.arm_drives()
-        time.sleep(1.3)
+        Driver.clock.sleep(1.3)
         assert fresh(one).fault == ""
         start = still(one)
         until(one, lambda s: np.all(np.abs(s.position - start - 0.01) < 2e-3), hold(start + 0.01))

@@ -5,8 +5,6 @@ import pytest
 from exidyn.drivers.dynamixel import packet as packets
 from exidyn.drivers.servo.servo_line import Status
 
-pytestmark = pytest.mark.clocked
-
 # Published by the manufacturer beside the description of each instruction.
 PING = "FF FF FD 00 01 03 00 01 19 4E"
 PONG = "FF FF FD 00 01 07 00 55 00 06 04 26 65 5D"

@@ -22,8 +22,6 @@ from ...parts.controllers.servo_parts import (
     until,
 )
 
-pytestmark = pytest.mark.clocked
-
 
 @pytest.fixture(scope="module")
 def moving():

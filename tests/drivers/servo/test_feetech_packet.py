@@ -5,8 +5,6 @@ import pytest
 from exidyn.drivers.feetech import packet as packets
 from exidyn.drivers.servo.servo_line import Status
 
-pytestmark = pytest.mark.clocked
-
 # Published by the manufacturer beside the description of each instruction.
 ANSWERS = "FF FF 01 0A 00 00 08 00 00 00 00 79 1E 55 FF FF 02 0A 00 FF 07 00 00 00 00 77 23 53"
 SYNC_WRITE = (

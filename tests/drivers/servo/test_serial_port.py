@@ -8,11 +8,11 @@ import tty
 import pytest
 
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
+from exidyn.drivers.host_clock import HOST, Clock
+from exidyn.drivers.servo import serial_port
 from exidyn.drivers.servo.serial_port import SerialPort, adapter_latency
 
 from ...parts.system_needs import TERMINALS
-
-pytestmark = pytest.mark.clocked
 
 
 @pytest.fixture
@@ -125,11 +125,16 @@ def test_a_port_reports_whether_a_read_had_to_wait(line, direct):
     come(master, port, b"abcdef")
     assert port.read(3) == b"abc"
     assert not port.waited
-    later = threading.Timer(0.02, os.write, (master, b"gh"))
-    later.start()
+
+    def written_first(wait):
+        return lambda *arguments: os.write(master, b"gh") and wait(*arguments)
+
+    port.clock = Clock()
+    port.clock.readable = written_first(HOST.readable)
+    read, port._port.read = port._port.read, written_first(port._port.read)
     assert port.read(5) == b"defgh"
     assert port.waited
-    later.join()
+    port.clock, port._port.read = HOST, read
     port.set_patience(0.01)
     assert port.read(1) == b""
     come(master, port, b"ijk")
@@ -140,8 +145,9 @@ def test_a_port_reports_whether_a_read_had_to_wait(line, direct):
 
 
 @pytest.mark.parametrize("direct", [True, False])
-def test_all_bytes_of_a_long_packet_are_sent(line, direct):
+def test_all_bytes_of_a_long_packet_are_sent(line, direct, monkeypatch):
     master, name = line
+    monkeypatch.setattr(serial_port, "WRITE_WITHIN", 60.0)
     port = SerialPort(name, 1_000_000, 5.0)
     port._direct = direct
     packet = bytes(range(256)) * 256  # more than a terminal takes at once

@@ -3,8 +3,6 @@ import pytest
 from exidyn.drivers.errors import BadSettings
 from exidyn.drivers.servo.servo_line import Traffic
 
-pytestmark = pytest.mark.clocked
-
 SIX = Traffic(64, 126, 6)
 
 

@@ -17,8 +17,6 @@ from exidyn.drivers.servo.servo_bus import LENGTHS
 
 from ...parts.controllers.servo_parts import JOINTS, peer, servo
 
-pytestmark = pytest.mark.clocked
-
 SERVOS = [servo(number) for number in range(JOINTS)]
 GOALS = [2048, 0x00FD, 1, 4095, 3000, 7]
 REGISTERS = {
@@ -169,13 +167,15 @@ def test_feetech_registers_are_where_its_maker_has_them():
 
 
 @contextmanager
-def opened(handler, address):
-    port = handler(address)
-    assert port.openPort()
-    try:
-        yield port
-    finally:
-        port.closePort()
+def by_real_time(kind, sdk):
+    """A port at the peer, which shares the clock of the maker's library."""
+    with peer(kind, "--mirror", shared=False) as servos:
+        port = sdk.PortHandler(servos.address)
+        assert port.openPort()
+        try:
+            yield port
+        finally:
+            port.closePort()
 
 
 def asked(ask, tries=20):
@@ -183,8 +183,9 @@ def asked(ask, tries=20):
     return any(ask() == 0 for _ in range(tries))
 
 
+@pytest.mark.clocked
 def test_its_makers_library_talks_to_the_dynamixel_peer():
-    with peer("dynamixel", "--mirror") as servos, opened(dynamixel_sdk.PortHandler, servos.address) as port:
+    with by_real_time("dynamixel", dynamixel_sdk) as port:
         maker = dynamixel_sdk.PacketHandler(2.0)
         assert asked(lambda: maker.write1ByteTxRx(port, SERVOS[0], dynamixel_registers.TORQUE.address, 1)[0])
         write = dynamixel_sdk.GroupSyncWrite(port, maker, dynamixel_registers.GOAL.address, 4)
@@ -199,8 +200,9 @@ def test_its_makers_library_talks_to_the_dynamixel_peer():
             assert [read.getData(one, dynamixel_registers.PRESENT.address, 4) for one in SERVOS] == GOALS
 
 
+@pytest.mark.clocked
 def test_its_makers_library_talks_to_the_feetech_peer():
-    with peer("feetech", "--mirror") as servos, opened(scservo_sdk.PortHandler, servos.address) as port:
+    with by_real_time("feetech", scservo_sdk) as port:
         maker = scservo_sdk.sms_sts(port)
         goals = [*GOALS[:-1], -7]
         for one, goal in zip(SERVOS, goals, strict=True):

@@ -6,9 +6,8 @@ import pytest
 
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.feetech import packet as packets
+from exidyn.drivers.host_clock import HOST
 from exidyn.drivers.servo.servo_bus import LENGTHS, LOST, ServoBus, ServoTalk
-
-pytestmark = pytest.mark.clocked
 
 READINGS = [packets.sync_read(56 - more, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
 GOALS = b"goals"
@@ -17,7 +16,7 @@ GOALS = b"goals"
 class Line:
     """A port whose other end is a list of what comes, one entry a question."""
 
-    waited = False
+    waited, clock = False, HOST
 
     def __init__(self):
         self.came, self.sent = b"", []

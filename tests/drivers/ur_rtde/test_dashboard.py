@@ -13,8 +13,6 @@ from ...parts.controllers.can_peers import ARM
 from ...peers.peer_process import Peer
 from ...peers.ur_settings import ur_settings
 
-pytestmark = pytest.mark.clocked
-
 GREETING = b"Connected: Universal Robots Dashboard Server\n"
 
 

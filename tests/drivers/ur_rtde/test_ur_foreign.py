@@ -19,7 +19,7 @@ TYPES = ["DOUBLE", "VECTOR6D", "VECTOR6D", "VECTOR6D", "INT32", "INT32"]
 
 @pytest.fixture(scope="module")
 def peer():
-    with Peer("ur_controller.py", *CB3) as process:
+    with Peer("ur_controller.py", *CB3, shared=False) as process:
         yield process
 
 

@@ -1,14 +1,13 @@
 """Driver ur_rtde and a controller that is a process: what it refuses, what stops it, and its latency."""
 
 import re
-import time
 from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from exidyn.drivers import Arm, Command, StopLevel, create
+from exidyn.drivers import Arm, Command, Driver, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.ur_rtde.program import UrSettings, program_text
 from exidyn.drivers.ur_rtde.state import STATE
@@ -18,8 +17,6 @@ from exidyn.identification.recordings.recording import Signal
 from ...peers.peer_process import Peer
 from ...peers.ur_script import ScriptError, program, translated
 from ...peers.ur_settings import ur_settings
-
-pytestmark = pytest.mark.clocked
 
 CYCLE = 0.008
 """Of a CB3, which busy machines keep [s]."""
@@ -36,8 +33,7 @@ def controller(*arguments, series="cb3", **settings):
 
 
 def tell(peer, line):
-    peer.process.stdin.write(f"{line}\n")
-    peer.process.stdin.flush()
+    peer.tell(line)
 
 
 def hold(driver):
@@ -48,8 +44,8 @@ def hold(driver):
 
 
 def until_fault(driver, command, seconds=20.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
+    end = Driver.clock.monotonic() + seconds
+    while Driver.clock.monotonic() < end:
         sample = driver.exchange(command)
         if sample.fault:
             return sample
@@ -144,8 +140,8 @@ def test_messages_of_the_controller_and_changes_of_its_modes_are_events():
         driver.exchange(None)
         tell(peer, "say joint 3 is warm")
         tell(peer, "protective")
-        end, events = time.monotonic() + 10.0, []
-        while time.monotonic() < end and len(events) < 2:
+        end, events = Driver.clock.monotonic() + 10.0, []
+        while Driver.clock.monotonic() < end and len(events) < 2:
             events += driver.exchange(None).events
         assert sorted(events) == ["safety mode is protective stop (3)", "the controller: joint 3 is warm"]
 
@@ -154,7 +150,7 @@ def test_the_program_stops_the_arm_when_no_command_comes():
     with controller(dead_man=0.2) as (peer, driver):
         command = hold(driver)
         driver.exchange(command)
-        time.sleep(1.0)
+        Driver.clock.sleep(1.0)
         peer.wait_for("stopping")
         assert "its program has stopped the arm" in until_fault(driver, command).fault
 

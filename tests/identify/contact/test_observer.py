@@ -64,14 +64,11 @@ def test_a_known_force_is_estimated_in_motion():
     assert np.nanstd(result.wrench[outside, :3]) < 0.3
 
 
-def test_one_contact_is_found_at_its_time():
+def test_one_contact_is_found_at_its_time_and_none_without():
     [alarm] = touched().alarms
     assert TOUCH.start < alarm.start < TOUCH.start + 0.1
     assert TOUCH.end <= alarm.end < TOUCH.end + 0.3
     np.testing.assert_allclose(alarm.wrench(fit().model.robot)[:3], FORCE, atol=1.5)
-
-
-def test_a_run_without_contact_makes_no_alarm():
     assert contact(fit(), arm.run("other", 5, 14.0), free()).alarms == ()
 
 
@@ -158,8 +155,8 @@ def test_bad_input_is_refused():
         Observer(replace(warm, model=model)).step(0.0, np.zeros(3), np.zeros(3))
 
 
-def test_a_run_of_another_arm_is_refused():
-    """Joints have the same names; name and geometry differ. Either alone may differ for one arm."""
+def test_a_recording_of_another_arm_or_payload_is_refused():
+    # Joints have the same names; name and geometry differ. Either alone may differ for one arm.
     longer = of_another_arm(run("new", 5, 6))
     other = replace(longer, model=replace(longer.model, robot=replace(longer.robot, name="long arm")))
     renamed = replace(longer.robot, name="long arm", kinematics=small_fit.fit().model.robot.kinematics)
@@ -170,9 +167,6 @@ def test_a_run_of_another_arm_is_refused():
             DifferentRobot, match="new was recorded on long arm, and the fit is of two joints"
         ):
             judge(small_fit.fit(), other)
-
-
-def test_a_recorded_payload_that_the_fit_lacks_is_named_with_the_way_out():
     carrying = run("new", 5, 6, KnownPayload("L"))
     with pytest.raises(FitError, match="new was recorded with payload L.*--payload none"):
         observed(small_fit.plain_fit(), carrying)

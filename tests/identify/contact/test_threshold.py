@@ -67,10 +67,17 @@ def test_the_threshold_of_a_run_makes_the_requested_rate():
     assert threshold.hours == 0.25
 
 
-def test_short_runs_give_higher_thresholds():
+def test_short_runs_give_higher_thresholds_or_none():
     long, short = (Threshold.of([free_run(seconds, 4)[0]], SLOW) for seconds in (600.0, 25.0))
     assert short.level > long.level
     assert short.hours == pytest.approx(25.0 / 3600.0)
+    with pytest.raises(RecordingError, match=r"last 10 s; at least 20 s are needed"):
+        Threshold.of([free_run(10.0, 0)[0]], SLOW)
+    run, _ = free_run(30.0, 0)
+    unknown = Estimates(run.time, np.full_like(run.torque, np.nan), run.position, run.velocity, run.load)
+    with pytest.raises(RecordingError, match="no usable samples"):
+        Threshold.of([unknown], SLOW)
+    assert len(block_maxima(unknown.time, np.full(len(unknown), np.nan))) == 0
 
 
 def test_alarms_join_within_a_block_and_pieces_give_the_same():
@@ -95,13 +102,3 @@ def test_alarms_join_within_a_block_and_pieces_give_the_same():
         assert alarms.current is alarms.all[-1]
         assert alarms.all[0].torque[1] > 25.0
         assert alarms.all[0].score > 1.0
-
-
-def test_short_or_empty_runs_are_refused():
-    with pytest.raises(RecordingError, match=r"last 10 s; at least 20 s are needed"):
-        Threshold.of([free_run(10.0, 0)[0]], SLOW)
-    run, _ = free_run(30.0, 0)
-    unknown = Estimates(run.time, np.full_like(run.torque, np.nan), run.position, run.velocity, run.load)
-    with pytest.raises(RecordingError, match="no usable samples"):
-        Threshold.of([unknown], SLOW)
-    assert len(block_maxima(unknown.time, np.full(len(unknown), np.nan))) == 0

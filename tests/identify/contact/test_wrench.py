@@ -73,12 +73,17 @@ def test_a_large_arm_shows_the_weight_of_a_heavy_tool():
     assert np.mean(wrenches[:, 2]) == pytest.approx(-175.0 * 9.81, rel=0.1)
 
 
-def test_few_joints_give_a_force_without_a_moment():
+def test_few_joints_give_as_much_of_a_force_as_they_see():
     robot = two_joints.arm()
     q, force = np.array([[0.3, 0.9]]), np.array([5.0, 0.0, -8.0])
     jacobian = flange_jacobian(robot, robot.kinematics.createData(), q[0])
     wrench = flange_wrenches(robot, q, (jacobian[:3].T @ force)[None], np.ones((1, 2)))
     np.testing.assert_allclose(wrench[0], [*force, 0.0, 0.0, 0.0], atol=1e-9)
+    kinematics = pin.Model()
+    kinematics.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "pivot")
+    robot = Robot("one", kinematics, flange=pin.SE3(np.eye(3), np.array([0.5, 0.0, 0.0])))
+    wrench = flange_wrenches(robot, np.zeros((1, 1)), np.array([[3.0]]), np.ones((1, 1)))
+    np.testing.assert_allclose(wrench[0], [0.0, 0.0, -6.0, 0.0, 0.0, 0.0], atol=1e-12)
 
 
 def test_unknown_torques_give_unknown_forces():
@@ -88,11 +93,3 @@ def test_unknown_torques_give_unknown_forces():
     assert np.isnan(wrench[0]).all()
     assert np.isfinite(wrench[1]).all()
     assert pytest.approx(0.0) == wrench[1, 1]
-
-
-def test_one_joint_gives_the_force_across_its_lever():
-    kinematics = pin.Model()
-    kinematics.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "pivot")
-    robot = Robot("one", kinematics, flange=pin.SE3(np.eye(3), np.array([0.5, 0.0, 0.0])))
-    wrench = flange_wrenches(robot, np.zeros((1, 1)), np.array([[3.0]]), np.ones((1, 1)))
-    np.testing.assert_allclose(wrench[0], [0.0, 0.0, -6.0, 0.0, 0.0, 0.0], atol=1e-12)

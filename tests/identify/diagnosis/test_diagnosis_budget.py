@@ -12,12 +12,11 @@ from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget,
 from exidyn.identification.diagnosis.results.remainder import discrepancies
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.diagnosis.search.selected import Selected
-from exidyn.identification.effects import JointSpring, LoadDependentFriction
 from exidyn.identification.preparation.prepare import Filtering
 
 from ...parts.small.small_diagnosis import diagnosis, nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows
-from ...parts.small.small_search import record, searched
+from ...parts.small.small_search import drag_and_spring_search, record
 
 pytestmark = pytest.mark.slow
 
@@ -82,8 +81,7 @@ def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
 
 
 def test_the_budget_of_an_arm_adds_up_with_what_is_left():
-    effects = [JointSpring(("elbow",)), LoadDependentFriction(("shoulder",))]
-    found = searched(record(effects, {"Ks2": 6.0, "mu1": 0.08}))
+    found = drag_and_spring_search()
     for kept in (found.selected, found.selected[:1], ()):
         prediction = found.problem.prediction([one.answer for one in kept])
         left = discrepancies(found.problem, prediction)
@@ -92,7 +90,6 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
         assert all(np.all(share.percent >= 0.0) for share in one.shares)
         if not kept:
             kinds = {share.kind: share.percent / 100.0 for share in one.shares}
-            # Both springs and friction under load depend on the joints' positions, or on the load.
             assert kinds[OTHER].max() < 0.2
 
 

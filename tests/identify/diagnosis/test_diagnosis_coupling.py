@@ -149,6 +149,7 @@ def coupled_by_motors():
     return record(change=change)
 
 
+@pytest.mark.long
 def test_currents_of_coupled_motors_are_a_coupling_and_no_crosstalk():
     found = diagnose(nominal_model(), coupled_by_motors(), "coupled")
     [finding] = found.findings

@@ -26,6 +26,7 @@ def later(run: Recording, seconds: float) -> tuple[str, Recording]:
     return run.settings["role"], replace(run, signals={**run.signals, "current": Signal(current.time, moved)})
 
 
+@pytest.mark.long
 def test_currents_that_come_late_are_a_delay_of_all_drives():
     seconds = 0.013
     runs = [later(run, seconds) for run in recordings(spring=0.0)]

@@ -70,6 +70,7 @@ def runs(harmonic, size):
     return Problem.of(model, usable(model, made, filtering)[0])
 
 
+@pytest.mark.long
 def test_a_ripple_of_any_frequency_is_named_with_it():
     harmonic = 30.65 / GEAR
     found = search(runs(harmonic, 0.3))

@@ -11,6 +11,7 @@ import pytest
 from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, Quantity, Remainder
 from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identification.diagnosis.candidates.curves import NAMES
+from exidyn.identification.diagnosis.findings.axes import AXES
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.findings.quantities import Formatted, stated, with_interval
 from exidyn.identification.diagnosis.findings.residuals import Budget, Change, Share
@@ -23,7 +24,6 @@ from exidyn.identification.diagnosis.words.sentences import sentence
 from exidyn.identification.diagnosis.words.verdict import verdict
 from exidyn.identification.pages.budget import percents
 from exidyn.identification.pages.diagnosis_document import report_html, summary
-from exidyn.identification.pages.profiles import AXES
 
 from ...parts.small import two_joints
 

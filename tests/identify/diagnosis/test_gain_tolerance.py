@@ -43,6 +43,7 @@ def stiffness(stated: bool) -> tuple[float, float]:
     return float(found.prediction.values[places_of(found, place)][0]), float(deviations(found)[place][0][0])
 
 
+@pytest.mark.long
 def test_known_masses_correct_the_gain_and_with_it_the_finding():
     value, std = stiffness(stated=True)
     assert abs(value - STIFFNESS) <= NORMAL_95 * std

@@ -49,7 +49,7 @@ DOCUMENT = Document(
 )
 
 
-def test_a_page_escapes_text_and_keeps_numbers_in_full():
+def test_a_page_escapes_text_and_links_to_its_sections():
     page = html(DOCUMENT)
     assert "<title>title &lt;</title>" in page
     assert '<p class="note">note &amp;</p>' in page
@@ -60,9 +60,6 @@ def test_a_page_escapes_text_and_keeps_numbers_in_full():
     assert "&lt;i&gt;" in page
     assert '<ul class="verdict"><li>5\N{NO-BREAK SPACE}% of &lt;b&gt;</li>' in page
     assert "<dt>Robot</dt><dd>x &amp; y</dd>" in page
-
-
-def test_a_page_links_to_its_sections_and_those_of_its_chapters():
     page = html(DOCUMENT)
     assert '<a href="#verdict">A &amp; B</a>' in page
     assert '<li><a class="part" href="#runs">Runs</a><a href="#runs-motion">Motion</a></li>' in page
@@ -72,7 +69,7 @@ def test_a_page_links_to_its_sections_and_those_of_its_chapters():
     assert '<nav><a href="#verdict">A &amp; B</a>' in html(DOCUMENT._replace(chapters=()))
 
 
-def test_text_has_every_number_and_leaves_out_plots_and_details():
+def test_text_and_markdown_have_every_number():
     lines = text(DOCUMENT).splitlines()
     assert max(map(len, lines)) <= 80
     assert not {"of a run", "Plots", "Detail", "Empty"} & set(lines)
@@ -80,9 +77,6 @@ def test_text_has_every_number_and_leaves_out_plots_and_details():
     assert row.split() == ["a", "&", "b", "-0.5000", "1234", "N", "m", "far"]
     assert "plot" not in next(line for line in lines if line.startswith("joint"))
     assert "it moved" in lines
-
-
-def test_markdown_has_the_rows_and_sentences_of_the_text():
     written = section_markdown(DOCUMENT.sections[0])
     assert "| a & b | -0.5000 | 1234 N m | far |" in written
     assert "- -> 3 x noise" in written

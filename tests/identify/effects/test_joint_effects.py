@@ -93,14 +93,6 @@ def test_asymmetric_friction_differs_between_directions():
     np.testing.assert_allclose(model.torque(backward, np.array([10.0, 3.0]))[:, 1], -7.0)
 
 
-def test_harmonics_live_side_by_side():
-    robot = six_axis()
-    several = [
-        effect(harmonic=k) for effect in (TorqueRipple, PositionDependentFriction) for k in (1, 2, 0.5)
-    ]
-    assert len(set(Model(robot, tuple(several)).names)) == 6 * 6 * 2
-
-
 def test_ripple_repeats_with_every_turn_of_the_motor():
     robot = replace(six_axis(), coupling=np.eye(6))
     motion = random_motion(robot)
@@ -111,6 +103,11 @@ def test_ripple_repeats_with_every_turn_of_the_motor():
     half = replace(motion, position=motion.position + pi / robot.gear_ratio)
     np.testing.assert_allclose(ripple.regressor(robot, half), -once, atol=1e-10)
     np.testing.assert_allclose(once[:, 2, 0], np.cos(90.0 * motion.position[:, 2]), atol=1e-12)
+    robot = six_axis()
+    several = [
+        effect(harmonic=k) for effect in (TorqueRipple, PositionDependentFriction) for k in (1, 2, 0.5)
+    ]
+    assert len(set(Model(robot, tuple(several)).names)) == 6 * 6 * 2
 
 
 def test_ripple_of_a_coupled_motor_gives_the_joints_its_power():

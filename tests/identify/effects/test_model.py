@@ -27,7 +27,7 @@ def robot():
     return six_axis()
 
 
-def test_columns_follow_the_order_of_the_effects(robot):
+def test_torque_is_the_sum_of_the_effects_in_their_order(robot):
     motion = random_motion(robot)
     model = Model(robot, (RotorInertia(("joint2",)), ViscousFriction(("joint3", "joint1"))))
     assert model.names == ["Ia2", "Fv3", "Fv1"]
@@ -36,9 +36,6 @@ def test_columns_follow_the_order_of_the_effects(robot):
     np.testing.assert_array_equal(columns[:, 2, 1], motion.velocity[:, 2])
     np.testing.assert_array_equal(columns[:, 0, 2], motion.velocity[:, 0])
     assert np.count_nonzero(columns) == np.count_nonzero(motion.velocity[:, [0, 2]]) + len(motion)
-
-
-def test_torque_is_the_sum_of_the_effects(robot):
     motion = random_motion(robot, payload="A")
     friction, body = ViscousFriction(), RigidBody()
     model = Model(robot, (friction, BODY, body))
@@ -90,9 +87,6 @@ def test_load_is_what_the_gears_transmit_with_the_nominal_values(robot):
     expected = links.torque(motion, links.nominal_values) + BODY.known_torque(robot, motion)
     np.testing.assert_allclose(model.loaded(motion).load, expected, rtol=1e-12)
     assert np.abs(model.torque(motion, model.nominal_values) - expected).max() > 1.0
-
-
-def test_friction_alone_loads_no_gear(robot):
     motion = random_motion(robot)
     model = Model(robot, (ViscousFriction(), LoadDependentFriction()), {"Fv1": Prior(5.0)})
     np.testing.assert_array_equal(model.loaded(motion).load, np.zeros_like(motion.position))

@@ -30,31 +30,25 @@ def columns(position, balancer=BALANCER):
     return regressor[:, 1]
 
 
-def test_motor_gives_what_the_papers_balancer_does_not():
+def test_table_iii_gives_what_holds_the_arm_up():
     position = np.linspace(-np.pi, np.pi, 401)
     np.testing.assert_allclose(columns(position), -paper(position, np.arctan2), atol=1e-14)
-
-
-def test_plain_arctangent_agrees_on_one_side_of_the_upright_arm_and_is_opposite_beyond():
-    theta = np.concatenate([np.linspace(-3.1, -0.05, 50), np.linspace(0.05, 3.1, 50)])
-    printed = paper(theta - PHI, lambda y, x: np.arctan(y / x))
-    sides = np.sign(theta)[:, None]
-    np.testing.assert_allclose(columns(theta - PHI), sides * printed, atol=1e-14)
-
-
-def test_force_is_worked_by_the_change_of_length():
-    position, step = np.linspace(-3.0, 3.0, 50), 1e-6
-    stretch = (BALANCER.length(position + step) - BALANCER.length(position - step)) / (2 * step)
-    np.testing.assert_allclose(columns(position)[:, 1], -stretch, atol=1e-9)
-    np.testing.assert_allclose(columns(position)[:, 0], -stretch * BALANCER.length(position), atol=1e-9)
-
-
-def test_values_of_table_iii_help_to_hold_the_arm_up():
     forward = np.array([0.0])
     gravity = -3.44e2 * 9.81  # MX2R, with x2 forward and z2 such that the arm falls toward positive q2
     motor = columns(forward) @ np.array([KR, K0])
     assert motor[0] == pytest.approx(7.68e3, rel=1e-3)
     assert np.sign(motor[0]) == -np.sign(gravity)
+
+
+def test_arctangent_and_force_are_those_of_the_geometry():
+    theta = np.concatenate([np.linspace(-3.1, -0.05, 50), np.linspace(0.05, 3.1, 50)])
+    printed = paper(theta - PHI, lambda y, x: np.arctan(y / x))
+    sides = np.sign(theta)[:, None]
+    np.testing.assert_allclose(columns(theta - PHI), sides * printed, atol=1e-14)
+    position, step = np.linspace(-3.0, 3.0, 50), 1e-6
+    stretch = (BALANCER.length(position + step) - BALANCER.length(position - step)) / (2 * step)
+    np.testing.assert_allclose(columns(position)[:, 1], -stretch, atol=1e-9)
+    np.testing.assert_allclose(columns(position)[:, 0], -stretch * BALANCER.length(position), atol=1e-9)
 
 
 def test_upright_arm_and_folded_spring_are_finite():

@@ -47,8 +47,5 @@ def test_equal_coefficients_are_dry_friction():
     torque = TorqueCurve((JOINT,), over="velocity").regressor(robot, motion).sum(axis=2)
     joint = robot.index(JOINT)
     np.testing.assert_allclose(torque[:, joint], np.tanh(motion.velocity[:, joint] / 0.003), atol=1e-12)
-
-
-def test_a_curve_over_something_else_is_refused_with_what_there_is():
     with pytest.raises(ValueError, match="over = 'speed': expected one of velocity, direction, load"):
         TorqueCurve(over="speed")

@@ -166,7 +166,7 @@ int main() {{
     np.testing.assert_allclose(output, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
 
 
-def test_an_effect_without_a_form_is_named_in_the_files():
+def test_an_effect_without_a_form_is_left_out_and_named():
     fit = small_fit.fit()
     hysteresis = default("hysteresis")
     arm = fit.model + hysteresis
@@ -177,9 +177,6 @@ def test_an_effect_without_a_form_is_named_in_the_files():
     feedforward = replace(make_feedforward(fit), remarks=(sentence,))
     for written in (python_file(feedforward), cpp_file(feedforward)):
         assert "hysteresis: up to" in written
-
-
-def test_an_effect_whose_formula_compares_is_left_out():
     effect = default("viscous_friction")
 
     class Stepped(type(effect)):

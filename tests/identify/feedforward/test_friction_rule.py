@@ -48,18 +48,19 @@ def feedforward():
     return make_feedforward(small_fit.fit())
 
 
-def test_noise_at_rest_makes_no_torque(feedforward):
+def test_noise_makes_no_torque_thanks_to_the_band(feedforward):
     torque, velocity = held(feedforward)
     assert np.all(torque == 0.0)
     assert np.all(velocity == 0.0)
-
-
-def test_without_a_band_the_same_noise_chatters(feedforward):
-    """The rule is what prevents it: with a band of a tenth of the noise, torque jumps by the dry friction."""
+    # The rule is what prevents it: with a band of a tenth of the noise, torque jumps by the dry friction.
     torque, velocity = held(feedforward, band=1e-4)
     assert np.std(torque) > 1.0
     assert np.all(np.abs(torque) < 4.0 * 0.7 * 1.1)
     assert np.all(velocity == 0.0)  # undercompensated: even so, the joint does not move by itself
+    fit = small_fit.fit()
+    np.testing.assert_array_equal(feedforward.band, fit.standstill)
+    assert np.all((fit.standstill > 1e-3) & (fit.standstill < 0.1))
+    assert np.all(fit.feedforward(band=0.5).band == 0.5)
 
 
 def test_an_arm_that_was_pushed_comes_to_rest(feedforward):
@@ -81,10 +82,3 @@ def test_compensation_never_exceeds_the_share_and_never_drives(feedforward):
     inside, outside = np.abs(dq) < feedforward.band, np.abs(dq) > 2.0 * feedforward.band
     assert np.all(torque[inside] == 0.0)
     np.testing.assert_allclose(torque[outside], 0.7 * friction[outside])
-
-
-def test_the_band_is_what_stood_still_in_the_runs(feedforward):
-    fit = small_fit.fit()
-    np.testing.assert_array_equal(feedforward.band, fit.standstill)
-    assert np.all((fit.standstill > 1e-3) & (fit.standstill < 0.1))
-    assert np.all(make_feedforward(fit, band=0.5).band == 0.5)

@@ -143,31 +143,15 @@ def test_weight_is_zero_exactly_around_standstill(run):
             np.testing.assert_array_equal(weight[row], near.all(axis=0))
 
 
-def test_commands_are_as_warm_and_loaded_as_the_motion_or_there_are_none(base):
-    recording = record(KnownPayload("L", MASS))
+def test_temperature_and_encoder_noise_are_those_of_the_recording():
+    recording = record(
+        sensors=Sensors(current_noise=0.0, encoder_noise=1e-4, encoder_step=0.0), duration=30.0
+    )
     position = recording.signals["position"]
     warm = Signal(position.time, np.linspace(20.0, 40.0, len(position))[:, None] * [1.0, 1.1])
     run = prepare(replace(recording, signals={**recording.signals, "temperature": warm}), FILTERS)
     assert np.ptp(run.motion.temperature, axis=0).min() > 10.0
-    np.testing.assert_array_equal(run.commanded.temperature, run.motion.temperature)
-    assert run.commanded.payload == run.motion.payload == "L"
-    recording = record()
-    signals = {k: v for k, v in recording.signals.items() if k != "command"}
-    runs = [prepare(record(seed=1), FILTERS), prepare(replace(recording, signals=signals), FILTERS)]
-    assert assemble(model(), base, runs).commanded is None
-
-
-def test_noise_of_the_regressor_is_that_of_the_encoder(base):
-    """Acceleration noise behind both filters, on the column that is acceleration alone."""
-    of = Model(model().robot, (RotorInertia(),))
-    sensors = Sensors(current_noise=0.0, encoder_noise=1e-4, encoder_step=0.0)
-    noisy, exact = (prepare(record(sensors=s, duration=30.0), FILTERS) for s in (sensors, EXACT))
-    own = base_parameters(of)
-    equations = assemble(of, own, [noisy])
-    found = equations.regressor_noise()
-    difference = noisy.decimation.apply(noisy.motion.acceleration - exact.motion.acceleration)
-    np.testing.assert_allclose(np.diag(found[:, :2]), np.std(difference, axis=0), rtol=0.2)
-    np.testing.assert_allclose(noisy.encoder_noise, 1e-4, rtol=0.1)
+    np.testing.assert_allclose(run.encoder_noise, 1e-4, rtol=0.1)
 
 
 def test_runs_of_different_kinds_or_rates_are_refused(run, base):

@@ -4,25 +4,20 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from exidyn.identification.errors import FitError, NeedsPayload, NotExcited
+from exidyn.identification.errors import NeedsPayload, NotExcited
 from exidyn.identification.fit.estimators import (
     ESTIMATORS,
-    bayesian,
     consistent,
-    instrumental,
     literal,
     maximum_likelihood,
-    mixed,
-    ordinary,
-    reweighted,
-    total,
     weighted,
 )
-from exidyn.identification.fit.estimators.bayesian import finite_tolerance, joined, prior
 from exidyn.identification.fit.estimators.compressed import Compressed, solve
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia, square, triangle
 from exidyn.identification.fit.estimators.covariance import sandwich
 from exidyn.identification.fit.estimators.least_squares import residual, weighted_solution
+from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.prior import finite_tolerance, prior
 
 from ...parts.small.two_joints import GAIN, coloured, equations, white
 
@@ -30,7 +25,7 @@ pytestmark = [pytest.mark.numerical, pytest.mark.slow]
 
 NOISE = np.array([0.02, 0.05])
 """White current noise [A]; torque noise is 0.8 and 1.25 N m, so that weights matter."""
-WITH_GAINS = ("literal", "total", "mixed", "ml")
+WITH_GAINS = ("literal", "ml")
 
 
 @pytest.fixture(scope="module")
@@ -62,11 +57,9 @@ def test_without_noise_the_truth_comes_out(name, exact):
     system, truth = exact
     if name in WITH_GAINS:
         system = replace(system, gain=GAIN * [1.1, 0.9])
-    tolerance = {"posterior": replace(system, gain_tolerance=0.0)}
-    estimate = ESTIMATORS[name](tolerance.get(name, system))
-    # total: with no noise at all its weights are of rounding
-    np.testing.assert_allclose(estimate.values, truth, rtol=1e-4 if name in ("total", "posterior") else 1e-8)
-    np.testing.assert_allclose(estimate.gain, GAIN, rtol=1e-4 if name == "total" else 1e-8)
+    estimate = ESTIMATORS[name](system)
+    np.testing.assert_allclose(estimate.values, truth, rtol=1e-8)
+    np.testing.assert_allclose(estimate.gain, GAIN, rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", ESTIMATORS)
@@ -94,17 +87,11 @@ def test_units_of_a_parameter_do_not_matter(name, exact):
     scaled = replace(
         system,
         regressor=system.regressor * factor,
-        commanded=lambda: system.regressor * factor,
         base=replace(system.base, regrouping=regrouping),
     )
     plain, other = ESTIMATORS[name](system), ESTIMATORS[name](scaled)
     same = np.allclose(other.values * factor, plain.values, rtol=1e-4, atol=1e-3 * plain.std.min())
     assert same != (name == "literal")
-
-
-def test_ordinary_is_numpys(system):
-    rows, torque, _ = tall(system)
-    np.testing.assert_allclose(ordinary(system).values, np.linalg.lstsq(rows, torque)[0], rtol=1e-9)
 
 
 def test_weighted_is_numpys_at_its_own_weights(system):
@@ -213,33 +200,6 @@ def test_gram_with_known_colour_is_the_double_sum():
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
 
 
-def test_ordinary_covariance_when_joints_differ_in_noise(exact):
-    """inverse(W^T W) W^T S W inverse(W^T W), with S the noise that was put in."""
-    system = white(exact[0], NOISE * [1.0, 20.0])
-    rows, _, joint = tall(system)
-    sigma = (NOISE * [1.0, 20.0] * np.abs(GAIN))[joint]
-    bread = np.linalg.inv(rows.T @ rows)
-    expected = np.sqrt(np.diag(bread @ (rows.T * sigma**2) @ rows @ bread))
-    # six hundred rows give the noise's density at zero frequency, which offsets see, to some 30 %
-    np.testing.assert_allclose(ordinary(system).std, expected, rtol=0.35)
-    assert np.max(expected / weighted(system).std) > 2
-
-
-def test_instrumental_covariance_is_that_of_its_instruments(exact):
-    """inverse(Z^T W) Z^T S Z inverse(W^T Z) with instruments far from the rows."""
-    noisy = white(exact[0], NOISE)
-    instruments = noisy.regressor + 2.0 * np.random.default_rng(4).normal(size=noisy.regressor.shape)
-    estimate = instrumental(replace(noisy, commanded=lambda: instruments))
-    sigma = NOISE * np.abs(GAIN)
-    left = (instruments / sigma[:, None]).reshape(-1, instruments.shape[2])
-    rows = (noisy.regressor / sigma[:, None]).reshape(left.shape)
-    inverse = np.linalg.inv(left.T @ rows)
-    expected = np.sqrt(np.diag(inverse @ left.T @ left @ inverse.T))
-    # the scatter of thirty blocks is known to an eighth, and counts where it is the larger one
-    np.testing.assert_allclose(estimate.std, expected, rtol=0.35)
-    assert np.median(estimate.std / expected) == pytest.approx(1.05, abs=0.1)
-
-
 def test_segments_of_a_long_run_change_the_sandwich_little(monkeypatch):
     from exidyn.identification.fit.estimators import covariance
 
@@ -252,37 +212,6 @@ def test_segments_of_a_long_run_change_the_sandwich_little(monkeypatch):
     monkeypatch.setattr(covariance, "SEGMENT", 500)
     cut = np.diag(sandwich(system.regressor, left, system).covariance)
     np.testing.assert_allclose(cut, whole, rtol=0.05)
-
-
-def test_outliers_pull_the_reweighted_little(exact):
-    """A collision: fifty rows of joint 2 are 100 N m off."""
-    system = white(exact[0], NOISE)
-    current = system.current.copy()
-    current[300:350, 1] += 100.0 / GAIN[1]
-    hit = replace(system, current=current)
-    clean, plain, robust = weighted(system), weighted(hit), reweighted(hit)
-    pull = np.linalg.norm((robust.values - clean.values) / clean.std)
-    assert pull < 0.2 * np.linalg.norm((plain.values - clean.values) / clean.std)
-
-
-def test_huber_by_another_route(system):
-    """The same minimum as scipy's robust least squares, at the same scale."""
-    estimate = reweighted(system)
-    rows, torque, joint = tall(system)
-    sizes = np.abs(torque - rows @ estimate.values)
-    scale = np.array([1.4826 * np.median(sizes[joint == j]) for j in range(2)])
-    weight = 1.0 / np.array([_huber_noise(system, estimate, j, scale[j]) for j in range(2)])[joint]
-    huber = np.minimum(1.0, 1.345 * scale[joint] / sizes)
-    root = np.sqrt(huber) * weight
-    expected = np.linalg.lstsq(rows * root[:, None], torque * root)[0]
-    np.testing.assert_allclose(estimate.values, expected, rtol=1e-4, atol=1e-4)
-
-
-def _huber_noise(system, estimate, joint, scale):
-    rows, torque, which = tall(system)
-    left = (torque - rows @ estimate.values)[which == joint]
-    huber = np.minimum(1.0, 1.345 * scale / np.abs(left))
-    return np.sqrt(np.sum(huber * left**2) / (len(left) - len(estimate.values) / 2))
 
 
 def test_maximum_likelihood_is_scipys_in_current_space(exact):
@@ -337,40 +266,9 @@ def test_literal_is_the_papers_12_to_21(system):
     np.testing.assert_allclose(estimate.std, deviation[2:], rtol=1e-5)
 
 
-def test_mixed_is_an_eigenproblem(system):
-    """Noise in the currents alone: gains minimise the residual over the noise that they carry."""
-    estimate = mixed(system)
-    matrix = uncompressed(system)
-    joint = np.repeat([0, 1], system.weight.sum(axis=0).astype(int))
-    matrix = matrix / estimate.noise[joint][:, None]
-    exact_columns = matrix[:, 2:]
-    basis = np.linalg.qr(exact_columns)[0]
-    rest = matrix[:, :2] - basis @ (basis.T @ matrix[:, :2])
-    counts = system.weight.sum(axis=0) / estimate.gain**2  # squares of the noise in the current columns
-    values, vectors = np.linalg.eigh(rest.T @ rest / np.sqrt(np.outer(counts, counts)))
-    gain = vectors[:, 0] / np.sqrt(counts)
-    chi = -np.linalg.lstsq(exact_columns, matrix[:, :2] @ gain)[0]
-    np.testing.assert_allclose(gain / chi[-1], estimate.gain, rtol=1e-4)
-    np.testing.assert_allclose(chi[:-1] / chi[-1], estimate.values, rtol=1e-3, atol=1e-3 * estimate.std.min())
-
-
-def test_mixed_takes_its_own_noise_out_of_the_currents(exact):
-    """Where noise is a third of the current its squares would make the gains look better known."""
-    loud = white(exact[0], 0.3 * np.std(exact[0].current, axis=0), seed=3)
-    likely, own = maximum_likelihood(loud), mixed(loud)
-    np.testing.assert_allclose(own.gain_std, likely.gain_std, rtol=0.25)
-
-
-def test_gains_by_the_four_methods_agree_where_noise_is_small(exact):
-    system = replace(white(exact[0], 0.01 * NOISE), gain=GAIN * [1.1, 0.9])
-    for estimator in (literal, total, mixed, maximum_likelihood):
-        np.testing.assert_allclose(estimator(system).gain, GAIN, rtol=2e-3)
-
-
 def test_signs_of_gains_are_found(exact):
     system = replace(white(exact[0], NOISE), gain=np.abs(GAIN))
-    for estimator in (mixed, maximum_likelihood):
-        assert np.all(np.sign(estimator(system).gain) == np.sign(GAIN))
+    assert np.all(np.sign(maximum_likelihood(system).gain) == np.sign(GAIN))
 
 
 def test_torque_with_noisy_currents_as_regressors_is_biased_and_likelihood_is_not(exact):
@@ -399,21 +297,15 @@ def nominal(system, truth_is_off=0.0):
     return replace(system, tolerance=tolerance, nominal=system.nominal + truth_is_off * tolerance)
 
 
-def test_bayesian_is_the_stacked_normal_equations(system):
-    system = nominal(system, 0.5)
-    data, estimate = weighted(system), bayesian(system)
-    mean, deviation = prior(system)
-    count = len(mean)
-    precision = np.linalg.inv(data.covariance[:count, :count])
-    stacked = precision + np.linalg.inv(deviation)
-    expected = np.linalg.solve(stacked, precision @ data.values + np.linalg.solve(deviation, mean))
-    np.testing.assert_allclose(estimate.values, expected, rtol=1e-6)
-    np.testing.assert_allclose(
-        estimate.covariance[:count, :count], np.linalg.inv(stacked), rtol=1e-5, atol=1e-12
-    )
-    np.testing.assert_allclose(
-        system.base.regrouping @ estimate.standard, estimate.values, rtol=1e-6, atol=1e-9
-    )
+def unconstrained(system):
+    """Most probable base and standard parameters of any sign, by the stacked normal equations."""
+    data, (mean, spread) = weighted(system), prior(system)
+    precision = np.linalg.inv(given_nominal(data))
+    right = precision @ data.values + np.linalg.solve(spread, mean)
+    values = np.linalg.solve(precision + np.linalg.inv(spread), right)
+    deviation = finite_tolerance(system)
+    change = np.linalg.lstsq(system.base.regrouping * deviation, values - mean)[0]
+    return values, system.nominal + deviation * change
 
 
 def test_prior_is_that_of_the_standard_parameters(system):
@@ -427,19 +319,6 @@ def test_prior_is_that_of_the_standard_parameters(system):
     np.testing.assert_allclose(np.sqrt(np.diag(deviation)), base.std(axis=0), rtol=0.03)
     correlation = deviation / np.sqrt(np.outer(np.diag(deviation), np.diag(deviation)))
     np.testing.assert_allclose(correlation, np.corrcoef(base.T), atol=0.04)
-
-
-@pytest.mark.parametrize(("data", "prior"), [(1e-30, 1.0), (1.0, 1e-30), (1.0, 1.0), (1e12, 1e-12)])
-def test_joining_certain_and_uncertain_keeps_the_certain(data, prior):
-    values, covariance = joined(np.array([3.0]), np.array([[data]]), np.array([5.0]), np.array([[prior]]))
-    assert values[0] == pytest.approx((3.0 * prior + 5.0 * data) / (data + prior), rel=1e-12)
-    assert covariance[0, 0] == pytest.approx(data * prior / (data + prior), rel=1e-9)
-
-
-def test_no_prior_changes_nothing(system):
-    free, data = bayesian(system), weighted(system)
-    np.testing.assert_allclose(free.values, data.values, atol=1e-3 * data.std.min())
-    np.testing.assert_allclose(free.std, data.std, rtol=1e-3)
 
 
 def test_loose_tolerance_is_far_above_what_data_state(system):
@@ -464,14 +343,14 @@ def test_consistent_bodies_can_exist(exact, noise, off):
     )
 
 
-def test_consistent_is_bayesian_where_that_is_consistent(exact):
+def test_consistent_is_unconstrained_where_that_is_consistent(exact):
     system = white(exact[0], 0.1 * NOISE)
     unknown = np.arange(len(system.nominal)) >= 20  # friction, offsets and the payload
     held = 0.01 * np.maximum(np.abs(system.nominal), 0.01)
     system = replace(system, tolerance=np.where(unknown, np.inf, held))
-    free, estimate = bayesian(system), consistent(system)
-    assert all(np.linalg.eigvalsh(pseudo_inertia(free.standard[body])).min() > 0 for body in system.bodies)
-    np.testing.assert_allclose(estimate.values, free.values, rtol=1e-6, atol=1e-6 * free.std.min())
+    (values, standard), estimate = unconstrained(system), consistent(system)
+    assert all(np.linalg.eigvalsh(pseudo_inertia(standard[body])).min() > 0 for body in system.bodies)
+    np.testing.assert_allclose(estimate.values, values, rtol=1e-6, atol=1e-5 * estimate.std.min())
 
 
 def test_consistent_is_weighted_without_priors_where_that_is_consistent(exact):
@@ -483,8 +362,7 @@ def test_consistent_is_weighted_without_priors_where_that_is_consistent(exact):
 def test_consistent_is_the_nearest_consistent(exact):
     """Negative friction in the data: no step from the answer that stays consistent comes nearer."""
     system = nominal(white(exact[0], 40 * NOISE, seed=1), 2.0)
-    free, estimate = bayesian(system), consistent(system)
-    data = weighted(system)
+    (_, free), estimate, data = unconstrained(system), consistent(system), weighted(system)
     count = len(data.values)
     precision = np.linalg.inv(data.covariance[:count, :count])
     tolerance = finite_tolerance(system)
@@ -498,14 +376,14 @@ def test_consistent_is_the_nearest_consistent(exact):
         least = [-np.inf if k < 20 else p.minimum for k, p in enumerate(system.base.parameters)]
         return bodies and np.all(standard >= least)
 
-    assert not possible(free.standard)
+    assert not possible(free)
     assert possible(estimate.standard + 1e-9 * np.eye(len(tolerance))[:, 20:].sum(axis=1))
     best, random = cost(estimate.standard), np.random.default_rng(2)
-    assert best > cost(free.standard)
+    assert best > cost(free)
     tried = 0
     for _ in range(3000):
         size = 10.0 ** random.uniform(-4, 0)
-        toward = random.uniform() * (free.standard - estimate.standard)
+        toward = random.uniform() * (free - estimate.standard)
         near = estimate.standard + size * (toward + 0.3 * tolerance * random.normal(size=len(tolerance)))
         if possible(near):
             tried += 1
@@ -519,49 +397,6 @@ def test_triangle_and_square_are_inverse_and_keep_inner_products():
     a, b = a + a.T, b + b.T
     np.testing.assert_allclose(square(triangle(a)), a)
     assert triangle(a) @ triangle(b) == pytest.approx(np.trace(a @ b))
-
-
-def closed_loop(draws):
-    """A position loop lets slow torque noise move the arm: motion follows noise, the command does not."""
-    exact, truth = equations(rows=1000)
-    command = exact.regressor
-    direction = np.random.default_rng(0).normal(size=command.shape[1:]) * np.std(command, axis=0)
-    for draw in range(draws):
-        noise = coloured(1000, np.random.default_rng(draw))
-        regressor = command + 3.0 * noise[:, :, None] * direction
-        current = (regressor @ truth) / GAIN + noise
-        yield replace(exact, regressor=regressor, current=current, commanded=lambda: command), truth
-
-
-@pytest.mark.once
-def test_instruments_see_through_the_loop():
-    plain, through, deviations = [], [], []
-    for system, truth in closed_loop(60):
-        plain.append(weighted(system).values - truth)
-        estimate = instrumental(system)
-        through.append(estimate.values - truth)
-        deviations.append(estimate.std)
-    bias = [np.abs(np.mean(e, axis=0)) / (np.std(e, axis=0) / np.sqrt(60)) for e in (plain, through)]
-    assert bias[0].max() > 8  # in deviations of the mean
-    assert bias[1].max() < 4
-    np.testing.assert_allclose(np.mean(deviations, axis=0), np.std(through, axis=0), rtol=0.4)
-
-
-def test_instruments_are_two_stage_by_hand(system):
-    estimate = instrumental(replace(system, commanded=lambda: system.regressor + 0.1))
-    sigma = np.sqrt(
-        np.sum(system.weight * residual(system, estimate.values, GAIN) ** 2, axis=0)
-        / system.weight.sum(axis=0)
-    )
-    rows, torque, joint = tall(system)
-    instruments = (rows + 0.1) / sigma[joint][:, None] ** 2
-    expected = np.linalg.solve(instruments.T @ rows, instruments.T @ torque)
-    np.testing.assert_allclose(estimate.values, expected, rtol=1e-5)
-
-
-def test_instruments_need_commands(system):
-    with pytest.raises(FitError, match="commanded positions"):
-        instrumental(replace(system, commanded=None))
 
 
 def test_compression_keeps_every_residual(system):

@@ -8,7 +8,6 @@ import pytest
 
 from exidyn.identification.effects import Payload
 from exidyn.identification.errors import (
-    FitError,
     NotExcited,
     RecordingError,
     RobotError,
@@ -179,15 +178,6 @@ def test_only_where_position_and_current_were_both_recorded(fit):
     assert run.motion.time[-1] <= 16.0 + 0.004
     part = identify([replace(recording, signals=signals)])
     assert within(part, 5.0).all()
-
-
-def test_instruments_need_every_joints_command():
-    recording = record(0)
-    signals = dict(recording.signals)
-    signals["command"] = Signal(signals["command"].time, signals["command"].values * [1.0, np.nan])
-    assert within(identify([replace(recording, signals=signals)])).all()
-    with pytest.raises(FitError, match="commanded positions"):
-        identify([replace(recording, signals=signals)], estimator=ESTIMATORS["instrumental"])
 
 
 def test_nothing_to_identify_from():

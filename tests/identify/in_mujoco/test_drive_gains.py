@@ -133,6 +133,14 @@ def test_gains_are_those_of_what_is_kept_with_their_intervals():
     assert drive_gains(ladder, training).identified is None  # no fit, so the gains stay as stated
     torque = replace(training, runs=[run._replace(current=False) for run in training.runs])
     assert drive_gains(ladder, torque) is None
+    text = "\n".join(blocks_lines(gain_blocks(page_of(TRUE))))
+    assert "shoulder          11.00               10.00    0.10" in text
+    assert "Only the original file" in text
+    assert "Only the original file" not in "\n".join(blocks_lines(gain_blocks(page_of(TRUE, POSITION))))
+    text = "\n".join(blocks_lines(gain_blocks(page_of(None))))
+    assert "identified" not in text
+    assert "--payload RUN" in text
+    assert gain_blocks(SimpleNamespace(drive_gains=None)) == []
 
 
 @pytest.mark.parametrize(("loaded", "words"), [("identify", "fitted"), (HELD_OUT, "held-out")])
@@ -148,17 +156,6 @@ def page_of(identified, commands=TORQUE, changes=()):
     gains = DriveGains(STATED, identified, None if identified is None else 0.01 * TRUE)
     diagnosis, file = SimpleNamespace(joints=("shoulder", "elbow")), SimpleNamespace(changes=changes)
     return SimpleNamespace(drive_gains=gains, commands=commands, diagnosis=diagnosis, file=file)
-
-
-def test_the_page_states_the_drive_gains_that_make_torque_of_currents():
-    text = "\n".join(blocks_lines(gain_blocks(page_of(TRUE))))
-    assert "shoulder          11.00               10.00    0.10" in text
-    assert "Only the original file" in text
-    assert "Only the original file" not in "\n".join(blocks_lines(gain_blocks(page_of(TRUE, POSITION))))
-    text = "\n".join(blocks_lines(gain_blocks(page_of(None))))
-    assert "identified" not in text
-    assert "--payload RUN" in text
-    assert gain_blocks(SimpleNamespace(drive_gains=None)) == []
 
 
 @pytest.mark.long

@@ -120,21 +120,18 @@ def test_a_simulation_with_held_joints_moves_like_the_model(arm):
     np.testing.assert_allclose(simulated, expected[1:], atol=2e-3)
 
 
-def test_a_recording_keeps_the_held_joints(arm):
+def test_a_recording_and_effects_keep_the_held_joints(arm):
     _, model = arm
     read = parse_model(model_text(model))
     assert dict(read.robot.held) == dict(model.robot.held)
     assert list(read.robot.kinematics.jointPlacements) == list(model.robot.kinematics.jointPlacements)
-
-
-def test_effects_attach_to_a_file_with_held_joints(arm):
     text, model = arm
     compiled = compile_mjcf(text, "/tmp")
     with attach(compiled, mujoco.MjData(compiled), model) as effects:
         assert effects.effects == ()
 
 
-def test_fingers_follow_the_recorded_finger(tmp_path):
+def test_fingers_follow_the_held_or_recorded_finger(tmp_path):
     (tmp_path / "arm.xml").write_text(FINGERS)
     model = read_model(tmp_path / "arm.xml", ["shoulder", "wrist", "left"])
     compiled = compile_mjcf(FINGERS, str(tmp_path))
@@ -143,9 +140,6 @@ def test_fingers_follow_the_recorded_finger(tmp_path):
     data.qpos[:3] = 0.1, 0.2, 0.03
     others.place(compiled, data)
     assert data.qpos[3] == pytest.approx(-0.03)
-
-
-def test_a_held_finger_moves_the_finger_that_follows_it(tmp_path):
     (tmp_path / "arm.xml").write_text(FINGERS)
     closed, open_ = (
         read_model(tmp_path / "arm.xml", ["shoulder", "wrist"], held) for held in ({}, {"left": 0.1})

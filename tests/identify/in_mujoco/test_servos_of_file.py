@@ -121,6 +121,7 @@ STICKING = {
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_gains_that_dry_friction_hides_come_from_simulations():
     text = ARM
     for old, new in STICKING.items():
@@ -138,10 +139,13 @@ def test_gains_that_dry_friction_hides_come_from_simulations():
     assert all(abs(c.new - (100.0, 50.0)[c.joint]) < c.half for c in changes if c.quantity == "kp")
 
 
-def test_gains_that_a_regression_determines_need_no_simulation():
+def test_what_a_regression_or_a_measured_torque_determines_needs_no_simulation():
     fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
     trial = Trial(SOURCE, described(), [], "position")
     assert with_simulated_gains(fit, trial, file_law()) is fit
+    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
+    trial = Trial(SOURCE, described(), [], "position")
+    assert with_simulated_limits(fit, trial, file_law()) is fit
 
 
 @pytest.mark.parametrize(("limit", "reached"), [(18.0, True), (25.0, False)])
@@ -157,9 +161,3 @@ def test_a_limit_without_measured_torque_comes_from_simulations(limit, reached):
     assert [(change.joint, change.quantity) for change in changes] == [(0, "forcerange")] * reached
     if reached:
         assert limited.law.limit[0] == pytest.approx(limit, rel=1e-3)
-
-
-def test_a_measured_torque_needs_no_simulation_for_limits():
-    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
-    trial = Trial(SOURCE, described(), [], "position")
-    assert with_simulated_limits(fit, trial, file_law()) is fit

@@ -76,8 +76,11 @@ def test_a_file_holds_it(name):
     assert parse_model(commented_text(model)).measurements == model.measurements
 
 
-def test_every_kind_is_tried():
+def test_every_kind_is_kept_by_a_fit_and_its_arm():
     assert {type(one) for one in EVERY.values()} == set(MEASUREMENTS.values())
+    fit = fitted(arm(EVERY["time_delay"]), EVERY["time_delay"])
+    assert identified(fit).measurements == (EVERY["time_delay"],)
+    assert "time_delay" in fit_text(fit)
 
 
 @pytest.mark.parametrize(
@@ -111,12 +114,6 @@ def test_a_fit_takes_it_out_of_recordings(name):
     assert np.max(residual(without) / residual(with_it)) > 5.0
 
 
-def test_a_fit_and_its_arm_keep_what_they_hold():
-    fit = fitted(arm(EVERY["time_delay"]), EVERY["time_delay"])
-    assert identified(fit).measurements == (EVERY["time_delay"],)
-    assert "time_delay" in fit_text(fit)
-
-
 def test_delays_add_up_and_the_narrower_limit_holds():
     model = arm(
         TimeDelay(0.02), TimeDelay(-0.005, ("elbow",)), CurrentClipping(3.0), CurrentClipping(2.0, ("elbow",))
@@ -139,16 +136,13 @@ def followed(*measurements):
     return follow(plant(*measurements), position, np.gradient(position, 0.002, axis=0), 0.002)
 
 
-def test_a_simulated_arm_shows_currents_late():
+def test_a_simulated_arm_shows_currents_or_positions_late():
     exact, late = followed(), followed(TimeDelay(0.02), TimeDelay(-0.01, ("elbow",)))
     for joint, samples in ((0, 10), (1, 5)):
         np.testing.assert_allclose(
             late["current"].values[samples:, joint], exact["current"].values[:-samples, joint], atol=1e-9
         )
     np.testing.assert_array_equal(late["position"].values, exact["position"].values)
-
-
-def test_a_simulated_arm_shows_positions_late_where_currents_are_early():
     exact, early = followed(), followed(TimeDelay(-0.008))
     np.testing.assert_array_equal(early["current"].values, exact["current"].values)
     np.testing.assert_allclose(early["position"].values[4:], exact["position"].values[:-4], atol=1e-9)

@@ -57,16 +57,13 @@ def test_gains_that_are_all_wrong_alike_are_in_the_interval(by_difference) -> No
     np.testing.assert_allclose(by_difference.body.center, TOOL.center, atol=0.01)
 
 
-def test_a_description_alone_costs_the_interval_and_says_so(by_fit) -> None:
+def test_a_description_alone_costs_the_interval_or_trust(by_fit):
     nominal = arm()
     result = weigh([run(nominal, 2, TOOL, links=1.08)], model=nominal, as_recorded=True)
     assert result.source == DESCRIPTION
     assert result.mass.holds(TOOL.mass)
     assert result.mass.half > 3 * by_fit.mass.half
     assert "comes from what is uncertain of the arm" in " ".join(payload_text(result).split())
-
-
-def test_a_description_without_tolerance_is_trusted_less() -> None:
     nominal = arm()
     bare = replace(nominal, robot=replace(nominal.robot, inertias_stated=False))
     loaded = run(nominal, 2, TOOL)
@@ -91,14 +88,11 @@ def test_the_body_is_physically_consistent_and_inside_its_intervals(name: str, r
     assert all(holds(result, result.body))
 
 
-def test_the_check_passes_and_is_of_two_apart_poses(by_fit) -> None:
+def test_the_check_and_the_page_have_the_values(by_fit):
     first, second = by_fit.check.poses
     assert by_fit.check.passed
     assert np.max(np.abs(first.position - second.position)) > 0.3
     assert np.nanmax(np.abs(first.predicted - second.predicted)) > 10.0  # [N m] of 3 kg
-
-
-def test_page_and_table_have_the_values(by_fit) -> None:
     page, table = payload_text(by_fit, ["ur", "kuka"]), payload_table(by_fit)
     assert "set_target_payload(" in page
     assert "LOAD_DATA[1]" in page
@@ -138,14 +132,11 @@ def test_a_known_center_leaves_the_mass() -> None:
     np.testing.assert_allclose(result.body.center, TOOL.center, atol=0.002)
 
 
-def test_currents_without_gains_weigh_nothing() -> None:
+def test_runs_that_weigh_nothing_are_refused():
     nominal = arm()
     unknown = replace(nominal, robot=replace(nominal.robot, drive_gain=np.ones(6)))
     with pytest.raises(FitError, match="no drive gains are known"):
         weigh([run(nominal, 2, TOOL)], model=unknown, as_recorded=True)
-
-
-def test_no_run_or_two_arms_are_refused() -> None:
     nominal = arm()
     with pytest.raises(RecordingError, match="no run with the payload"):
         weigh([])

@@ -37,25 +37,24 @@ def test_a_unit_stands_behind_the_quantity(name, unit):
     assert unit_of(name) == unit
 
 
-def test_columns_are_grouped_by_the_names_of_joints_whatever_their_order():
+def test_columns_are_grouped_by_the_names_of_joints():
     joints = ("shoulder", "elbow", "wrist_1")
     names = ["t", "elbow/pos", "wrist_1/pos", "shoulder/pos", "i1", "i2", "i3", "i4"]
     (found,) = families(names, joints)
     assert (found.pattern, found.places, found.by_name) == ("{joint}/pos", (3, 1, 2), True)
-
-
-def test_numbers_count_from_zero_or_one_and_make_as_many_columns_as_joints():
-    names = ["q_0", "q_1", "i1", "i2", "ch2", "ch3", "pose1", "pose2", "pose3"]
-    assert [family.names for family in families(names, ("a", "b"))] == [("q_0", "q_1"), ("i1", "i2")]
-
-
-def test_columns_of_one_name_are_time_and_some_signals_in_turn():
+    joints = ("FL_hip_joint", "FL_calf_joint")
+    (position, command) = families(["q_FL_hip", "q_FL_calf", "cmd_FL_hip", "cmd_FL_calf"], joints)
+    assert (position.pattern, position.signal) == ("q_{joint}", "position")
+    assert (command.pattern, command.signal) == ("cmd_{joint}", "command")
+    assert [family.pattern for family in families(["q1", "q2"], ("joint_1", "joint_2"))] == ["q{number}"]
     names = [str(k) for k in range(1, 6)]
     assert [family.names for family in families(names, ("a", "b"))] == [("2", "3"), ("4", "5")]
     assert families([f"i{name}" for name in names], ("a", "b")) == []
 
 
-def test_numbers_stand_for_the_joints_that_the_log_names():
+def test_numbers_stand_for_joints():
+    names = ["q_0", "q_1", "i1", "i2", "ch2", "ch3", "pose1", "pose2", "pose3"]
+    assert [family.names for family in families(names, ("a", "b"))] == [("q_0", "q_1"), ("i1", "i2")]
     (found,) = families(["state1", "state2", "state3"], ("arm", "base"), ("base", "gripper", "arm"))
     assert found.names == ("state3", "state1")
 
@@ -64,11 +63,3 @@ def test_numbers_stand_for_the_joints_that_the_log_names():
 def test_joints_of_which_a_file_has_positions_alone_are_told_from_those_it_does_not_have(effort):
     names = ["t", "- elbow_position", "- wrist_position", *effort]
     assert joints_named(names, ("wheel", "elbow", "wrist", "finger")) == ["elbow", "wrist"]
-
-
-def test_columns_may_name_joints_without_the_word_joint():
-    joints = ("FL_hip_joint", "FL_calf_joint")
-    (position, command) = families(["q_FL_hip", "q_FL_calf", "cmd_FL_hip", "cmd_FL_calf"], joints)
-    assert (position.pattern, position.signal) == ("q_{joint}", "position")
-    assert (command.pattern, command.signal) == ("cmd_{joint}", "command")
-    assert [family.pattern for family in families(["q1", "q2"], ("joint_1", "joint_2"))] == ["q{number}"]

@@ -41,9 +41,16 @@ def scaled(values, joint, factor):
     return values * np.where(np.arange(values.shape[1]) == joint, factor, 1.0)
 
 
-def test_right_recording_passes():
+def test_right_recordings_and_noise_pass():
     assert suspect([recording()], LOG.model) is None
     assert doubts([recording(), recording()], LOG.model) == []
+    noise = np.random.default_rng(5).normal(size=LOG.current.shape)
+    suspicion = suspect([recording(current=noise)], LOG.model)
+    assert suspicion is None or suspicion.name == NONE_OF_THESE
+    # A hose on the last joint: as large as the rest of the effort, and of the joint's position.
+    hose = 2.0 * LOG.torque.std(axis=0)[3] * np.sin(2.0 * LOG.position[:, 3])
+    torque = LOG.torque + np.where(np.arange(ARM.dof) == 3, hose[:, None], 0.0)
+    assert suspect([recording(current=torque / ARM.drive_gain)], LOG.model) is None
 
 
 MISTAKES = {
@@ -112,7 +119,7 @@ def test_another_robot_is_named():
     assert suspicion.name in ("another_arm", NONE_OF_THESE)
 
 
-def test_mistakes_of_two_signs_and_of_scales_are_named():
+def test_mistakes_of_two_signs_of_scales_and_of_weight_are_named():
     turned = suspect([recording(current=scaled(scaled(LOG.current, 1, -1.0), 2, -1.0))], LOG.model)
     assert turned is not None
     assert turned.what == "the efforts of joint2 and joint3 have the opposite sign"
@@ -120,9 +127,6 @@ def test_mistakes_of_two_signs_and_of_scales_are_named():
     assert quarter is not None
     assert quarter.name == "position_scale"
     assert quarter.joints == ARM.joints
-
-
-def test_efforts_without_the_weight_of_the_arm_are_named():
     floating = with_gravity(LOG.model, np.zeros(3))
     motion = floating.loaded(motion_of(LOG.position))
     torque = floating.torque(motion, floating.nominal_values)
@@ -146,19 +150,6 @@ def test_what_single_runs_say_is_not_said_of_all():
     odd = replace(recording(exchanged(LOG.position, 0, 1)), name="odd")
     together = doubts([recording(), odd], LOG.model)
     assert all(line.startswith("odd: ") for line in together)
-
-
-def test_a_torque_that_no_description_has_is_no_mistake():
-    """A hose on the last joint: as large as the rest of the effort, and of the joint's position."""
-    hose = 2.0 * LOG.torque.std(axis=0)[3] * np.sin(2.0 * LOG.position[:, 3])
-    torque = LOG.torque + np.where(np.arange(ARM.dof) == 3, hose[:, None], 0.0)
-    assert suspect([recording(current=torque / ARM.drive_gain)], LOG.model) is None
-
-
-def test_noise_alone_is_explained_by_no_mistake():
-    noise = np.random.default_rng(5).normal(size=LOG.current.shape)
-    suspicion = suspect([recording(current=noise)], LOG.model)
-    assert suspicion is None or suspicion.name == NONE_OF_THESE
 
 
 def test_right_bodies_explain_the_shoulder_and_the_elbow_to_twice_their_noise():

@@ -13,9 +13,9 @@ from exidyn.identification.plausible.proposal_text import proposal_text, robot_t
 from exidyn.identification.plausible.proposed_units import GRAVITY
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.runs.logs import cobot_log, columns
+from ...parts.runs.logs import columns, short_log
 
-LOG = cobot_log()
+LOG = short_log()
 ROBOT = LOG.model.robot
 WALL = (0.8, 0.0, -0.6)
 
@@ -29,7 +29,7 @@ def torque_under(direction):
     torque = (
         rigid_regressor(with_gravity(LOG.model, 9.81 * np.array(direction)).robot.kinematics, motion) @ values
     )
-    friction = np.array([12.0, 12.0, 8.0, 3.0, 3.0, 3.0]) * np.tanh(velocity / 0.02)
+    friction = np.array([12.0, 12.0, 8.0, 3.0]) * np.tanh(velocity / 0.02)
     noise = np.random.default_rng(4).normal(size=torque.shape)
     return torque + friction + 0.02 * torque.std(axis=0) * noise
 
@@ -45,7 +45,7 @@ def asked(found):
 
 def test_an_arm_on_a_wall_keeps_its_order_of_joints_and_its_unit_of_torque(tmp_path):
     found = proposed(torque_under(WALL))
-    assert found.columns["position"] == tuple(f"q{k}" for k in range(1, 7))
+    assert found.columns["position"] == tuple(f"q{k}" for k in range(1, ROBOT.dof + 1))
     assert "torque" in found.columns
     assert np.linalg.norm(found.gravity) == pytest.approx(9.81)
     assert np.array(found.gravity) @ WALL / 9.81 > np.cos(np.radians(5))

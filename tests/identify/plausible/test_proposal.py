@@ -34,19 +34,13 @@ def test_units_of_time_and_position_are_found_without_velocities(second, time, a
     assert min(probability(found, f"unit of {part}") for part in ("time", "position")) > 0.99
 
 
-def test_velocities_may_have_another_unit_than_positions():
+def test_units_are_known_or_left_open():
     named = {"t": LOG.time, **columns("q{k}", np.degrees(LOG.position)), **columns("dq{k}", LOG.velocity)}
     found = proposed(named | columns("i{k}", LOG.current))
     assert found.units == ("s", "deg", "rad")
-
-
-def test_angles_a_little_far_in_radians_and_hardly_any_in_degrees_are_left_open():
     noise = np.random.default_rng(0).normal(size=LOG.position.shape)
     found = proposed({"t": LOG.time, **columns("q{k}", 2.0 * LOG.position), **columns("i{k}", noise)})
     assert "unit of position" in [guess.what for guess in found.open]
-
-
-def test_positions_in_counts_of_an_encoder_are_neither_radians_nor_degrees():
     counts = np.round(LOG.position * 65536 / (2 * np.pi))
     found = proposed({"t": LOG.time, **columns("q{k}", counts), **columns("i{k}", LOG.current)})
     assert probability(found, "unit of position") < 0.05
@@ -66,6 +60,11 @@ def test_columns_without_meaning_are_known_by_their_motion():
     found = proposed(named | columns("c{k}", np.degrees(LOG.position)))
     first = {signal: names[0] for signal, names in found.columns.items()}
     assert first == {"time": "x", "position": "c1", "velocity": "a1", "current": "b1"}
+    named = {"t": LOG.time, **columns("q{k}", LOG.position[:, :2]), **columns("i{k}", LOG.current[:, :2])}
+    with pytest.raises(
+        RecordingError, match=r"The log has 2 joints: name the 2 in a robot.toml .*joints = \["
+    ):
+        proposed(named)
 
 
 def test_torques_of_the_joints_are_told_from_efforts_in_another_unit():
@@ -122,7 +121,7 @@ def test_gains_are_not_told_by_a_description_whose_masses_are_one_number():
     assert not any(gain.known for gain in proposed(named, model).gains)
 
 
-def test_gaps_repeats_and_limits_are_said():
+def test_gaps_repeats_limits_and_time_that_stands_still_are_said():
     rows = np.delete(np.arange(2000), slice(700, 720))
     rows = np.sort(np.concatenate([rows, [300]]))
     position = LOG.position[rows] + np.array([0, 0, 3.0, 0])
@@ -131,6 +130,9 @@ def test_gaps_repeats_and_limits_are_said():
     assert "1 gap, the longest 210.0 ms" in notes
     assert "1 of 1981 rows lack a number, or repeat" in notes
     assert "joint3 goes" in notes
+    named = {"t": 0.0 * LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
+    with pytest.raises(BadTime, match="column t does not increase at all; .*--rate HZ"):
+        proposed(named)
 
 
 @pytest.mark.parametrize(
@@ -168,20 +170,6 @@ def test_a_column_of_time_that_does_not_increase_is_named(second):
         proposed(named)
     assert ("Rows of two sources seem mixed" in str(raised.value)) == second
     assert ("Sort the rows by time" in str(raised.value)) != second
-
-
-def test_time_that_stands_still_is_named():
-    named = {"t": 0.0 * LOG.time, **columns("q{k}", LOG.position), **columns("i{k}", LOG.current)}
-    with pytest.raises(BadTime, match="column t does not increase at all; .*--rate HZ"):
-        proposed(named)
-
-
-def test_numbered_columns_of_fewer_joints_are_counted():
-    named = {"t": LOG.time, **columns("q{k}", LOG.position[:, :2]), **columns("i{k}", LOG.current[:, :2])}
-    with pytest.raises(
-        RecordingError, match=r"The log has 2 joints: name the 2 in a robot.toml .*joints = \["
-    ):
-        proposed(named)
 
 
 def test_probabilities_sum_to_one_and_decide():

@@ -1,4 +1,4 @@
-"""What a run needs besides positions, and what was commanded in it."""
+"""What a run needs besides positions."""
 
 from dataclasses import replace
 
@@ -32,7 +32,6 @@ def test_torques_do_where_the_currents_are_empty():
 
 def test_a_run_that_was_stopped_before_its_first_command_is_prepared_without():
     whole = run("empty")
-    still = Signal(whole.signals["position"].time, whole.signals["position"].values)
     none = Signal(np.zeros(0), np.zeros((0, 2)))
-    assert prepare(replace(whole, signals={**whole.signals, "command": still})).commanded is not None
-    assert prepare(replace(whole, signals={**whole.signals, "command": none})).commanded is None
+    run_without = prepare(replace(whole, signals={**whole.signals, "command": none}))
+    np.testing.assert_array_equal(run_without.motion.position, prepare(whole).motion.position)

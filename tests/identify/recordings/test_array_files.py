@@ -100,7 +100,7 @@ def test_records_and_dates(tmp_path, in_process):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_damaged_file_is_refused(tmp_path, name):
+def test_a_damaged_file_is_refused(tmp_path, name, in_process):
     path = tmp_path / {"run.parquet": "run.pq", "run.h5": "run.hdf5"}.get(name, name)
     begun = {".mat": b"MATLAB 5.0 MAT-file".ljust(128, b"\0"), ".npz": b"PK\x03\x04"}
     for content in (b"", begun.get(path.suffix, b"PAR1 \x89HDF")):

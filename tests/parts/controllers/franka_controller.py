@@ -20,5 +20,5 @@ def running(*arguments, patience=2000):
     """Its process, and settings that reach it."""
     if MISSING:
         pytest.skip(REASON)
-    with Peer("franka_controller.py", "--patience", patience, *arguments) as peer:
+    with Peer("franka_controller.py", "--patience", patience, *arguments, shared=False) as peer:
         yield peer, {"address": peer.address, "buffer": BUFFER, "wait": 60.0}

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from exidyn.drivers import Arm, Command, create
+from exidyn.drivers import Arm, Command, Driver, create
 from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 
 from ...peers.peer_process import Peer
@@ -85,6 +85,7 @@ class ByHand:
         self.socket.sendto(data, self.to)
 
     def answer(self):
+        Driver.clock.readable([self.socket], 5.0)
         return self.socket.recv(65535).decode()
 
     def nothing(self):
@@ -100,19 +101,20 @@ class ByHand:
 
     def opened(self, one, **content):
         """Open a driver, sending until it is; its text, with all answers read and no exchange made."""
-        done = threading.Event()
+        done, clock = [], Driver.clock
 
         def go_on():
-            while not done.wait(0.004):
+            while not done:
+                clock.sleep(0.004)
                 self.send(**content)
 
         sender = threading.Thread(target=go_on)
-        sender.start()
+        clock.start(sender)
         try:
             return one.open()
         finally:
-            done.set()
-            sender.join()
+            done.append(True)
+            clock.join(sender)
 
     def begun(self, one, **content):
         """Open a driver and make the first exchange, so that answers come from exchanges only."""

@@ -24,9 +24,9 @@ def arm(joints=JOINTS):
     return Arm(tuple(f"joint{k + 1}" for k in range(joints)), -limit, limit, limit)
 
 
-def peer(kind, *arguments):
+def peer(kind, *arguments, **options):
     TERMINALS.require()
-    return Peer(f"{kind}_bus.py", *arguments)
+    return Peer(f"{kind}_bus.py", *arguments, **options)
 
 
 @contextmanager
@@ -60,10 +60,8 @@ def counting(kind, peer, **settings):
 def send_only(peer, line):
     """Have something happen, and wait until it has."""
     count = peer.lines.count(f"did {line}\n")
-    peer.process.stdin.write(line + "\n")
-    peer.process.stdin.flush()
-    with peer._news:
-        assert peer._news.wait_for(lambda: peer.lines.count(f"did {line}\n") > count, 20.0)
+    peer.tell(line)
+    assert peer.wait_until(lambda: peer.lines.count(f"did {line}\n") > count)
 
 
 def still(driver):
