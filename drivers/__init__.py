@@ -19,19 +19,12 @@ GROUP = "exidyn.drivers"
 
 
 class Entry(NamedTuple):
-    """Where the class of a driver is, what it drives, and what it needs.
+    """Where the class of a driver is, what it drives, and what it needs."""
 
-    Attributes:
-        place: "module:Class", imported on first use.
-        purpose: What the driver drives, for lists and templates.
-        extra: Extra of exidyn that installs its libraries; empty if it needs none.
-        package: Installed package that provides the driver; empty for exidyn's own drivers.
-    """
-
-    place: str
-    purpose: str
-    extra: str = ""
-    package: str = ""
+    place: str  # "module:Class", imported on first use
+    purpose: str  # what the driver drives, for lists and templates
+    extra: str = ""  # extra of exidyn that installs its libraries; empty if it needs none
+    package: str = ""  # installed package that provides the driver; empty for exidyn's own drivers
 
 
 DRIVERS: dict[str, Entry] = {

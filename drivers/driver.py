@@ -58,21 +58,13 @@ class Plant(Protocol):
 
 @dataclass(frozen=True)
 class Arm:
-    """What a driver needs to know about the arm.
+    """What a driver needs to know about the arm."""
 
-    Attributes:
-        joints: Names of the joints, in the order of every (n,) array.
-        position_lower: Lower position limits, shape (n,) [rad].
-        position_upper: Upper position limits, shape (n,) [rad].
-        velocity: Velocity limits, shape (n,) [rad/s].
-        plant: Function that creates a simulated arm; only the mock uses it.
-    """
-
-    joints: tuple[str, ...]
-    position_lower: np.ndarray
-    position_upper: np.ndarray
-    velocity: np.ndarray
-    plant: Callable[[], Plant] | None = None
+    joints: tuple[str, ...]  # names of the joints, in the order of every (n,) array
+    position_lower: np.ndarray  # lower position limits, shape (n,) [rad]
+    position_upper: np.ndarray  # upper position limits, shape (n,) [rad]
+    velocity: np.ndarray  # velocity limits, shape (n,) [rad/s]
+    plant: Callable[[], Plant] | None = None  # function that creates a simulated arm; only the mock uses it
 
     @property
     def dof(self) -> int:

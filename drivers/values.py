@@ -21,38 +21,24 @@ SIGNALS = ("position", "velocity", "current", "torque", "temperature")
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Measurements of one cycle, in joint coordinates; NaN where the controller is silent.
+    """Measurements of one cycle, in joint coordinates; NaN where the controller is silent."""
 
-    Attributes:
-        host_time: Time of arrival by the host's clock [ns since 1970]; it never goes back.
-        controller_time: Time of the controller from its own zero [ns]; the host's if it has no clock.
-        position: Joint positions, shape (n,) [rad].
-        velocity: Joint velocities, shape (n,) [rad/s].
-        current: Motor currents, shape (n,) [A].
-        torque: Joint torques, shape (n,) [N m].
-        temperature: Temperatures, shape (n,) [degC].
-        lateness: Delay of the beginning of the cycle, or of its answer [s].
-        skipped: Number of cycles without an exchange since the last sample.
-        stale: Whether a joint sent no new measurement in this cycle, shape (n,); its values are NaN.
-        events: Messages of the device or the driver in this cycle, a sentence each.
-        fault: Why the arm can no longer be commanded; empty while it can.
-        sent: Whether the command was sent; False if a controller that asks for commands did not ask.
-        state: Controller state, shape (k,), one number per name in `Info.state`; NaN where unknown.
-    """
-
-    host_time: int
-    controller_time: int
-    position: np.ndarray
-    velocity: np.ndarray
-    current: np.ndarray
-    torque: np.ndarray
-    temperature: np.ndarray
-    lateness: float = 0.0
-    skipped: int = 0
+    host_time: int  # time of arrival by the host's clock [ns since 1970]; it never goes back
+    controller_time: int  # time of the controller from its own zero [ns]; the host's if it has no clock
+    position: np.ndarray  # joint positions, shape (n,) [rad]
+    velocity: np.ndarray  # joint velocities, shape (n,) [rad/s]
+    current: np.ndarray  # motor currents, shape (n,) [A]
+    torque: np.ndarray  # joint torques, shape (n,) [N m]
+    temperature: np.ndarray  # temperatures, shape (n,) [degC]
+    lateness: float = 0.0  # delay of the beginning of the cycle, or of its answer [s]
+    skipped: int = 0  # number of cycles without an exchange since the last sample
+    # Whether a joint sent no new measurement in this cycle, shape (n,); its values are NaN.
     stale: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    events: tuple[str, ...] = ()
-    fault: str = ""
+    events: tuple[str, ...] = ()  # messages of the device or the driver in this cycle, a sentence each
+    fault: str = ""  # why the arm can no longer be commanded; empty while it can
+    # Whether the command was sent; False if a controller that asks for commands did not ask.
     sent: bool = True
+    # Controller state, shape (k,), one number per name in `Info.state`; NaN where unknown.
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 

@@ -14,24 +14,15 @@ class RampedFourier:
 
     The phase s starts and ends at rest: it speeds up over `ramp`, and the arm rests for `rest` before
     and after, so that a recording also contains the noise of a still arm.
-
-    Attributes:
-        period: Base period [s].
-        centre: Center of the motion, shape (n,) [rad].
-        sine: Sine coefficients, shape (n, harmonics) [rad].
-        cosine: Cosine coefficients, shape (n, harmonics) [rad].
-        duration: Time from start to end, rests included [s].
-        ramp: Time to speed up and to slow down [s].
-        rest: Time at rest at either end [s].
     """
 
-    period: float
-    centre: np.ndarray
-    sine: np.ndarray
-    cosine: np.ndarray
-    duration: float
-    ramp: float = 2.0
-    rest: float = 1.0
+    period: float  # base period [s]
+    centre: np.ndarray  # center of the motion, shape (n,) [rad]
+    sine: np.ndarray  # sine coefficients, shape (n, harmonics) [rad]
+    cosine: np.ndarray  # cosine coefficients, shape (n, harmonics) [rad]
+    duration: float  # time from start to end, rests included [s]
+    ramp: float = 2.0  # time to speed up and to slow down [s]
+    rest: float = 1.0  # time at rest at either end [s]
 
     def at(self, time: np.ndarray) -> Motion:
         """Motion at times of shape (t,) [s]."""

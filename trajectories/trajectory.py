@@ -42,21 +42,13 @@ class State(NamedTuple):
 
 
 class States(NamedTuple):
-    """States over time.
+    """States over time."""
 
-    Attributes:
-        time: Shape (t,) [s].
-        position: Shape (t, n) [rad], or [m] for a prismatic joint.
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
-        jerk: Shape (t, n) [rad/s^3].
-    """
-
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    jerk: np.ndarray
+    time: np.ndarray  # shape (t,) [s]
+    position: np.ndarray  # shape (t, n) [rad], or [m] for a prismatic joint
+    velocity: np.ndarray  # shape (t, n) [rad/s]
+    acceleration: np.ndarray  # shape (t, n) [rad/s^2]
+    jerk: np.ndarray  # shape (t, n) [rad/s^3]
 
     def motion(self, payload: str = "") -> Motion:
         """Motion with these states, as effects take it."""

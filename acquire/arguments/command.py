@@ -17,29 +17,20 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Option:
-    """An option or a positional argument of a command.
+    """An option or a positional argument of a command."""
 
-    Attributes:
-        form: Names and placeholders of the values, as typed. "--yes" takes no value, "--com X Y Z" three,
-            "--current A..." one or more, "--serve [ADDRESS]" one or none; "runs RUN..." is positional.
-        meaning: Help text with the unit; the default is appended.
-        kind: Function that converts the text to a value, or the valid values.
-        default: Value if the option is absent.
-        alone: Value of an option with an optional value if it comes without one.
-        repeated: Whether the option may be repeated, each time extending a list.
-        required: Whether the command needs the option.
-        dest: Name in the namespace, if it differs from the option's first name.
-        action: argparse action that stores the values, if it is not the default one.
-    """
-
+    # Names and placeholders of the values, as typed. "--yes" takes no value, "--com X Y Z" three, "--current
+    # A..." one or more, "--serve [ADDRESS]" one or none; "runs RUN..." is positional.
     form: str
-    meaning: str
+    meaning: str  # help text with the unit; the default is appended
+    # Function that converts the text to a value, or the valid values.
     kind: Callable[[str], Any] | Collection[str] = str
-    default: Any = None
-    alone: Any = None
-    repeated: bool = False
-    required: bool = False
-    dest: str = ""
+    default: Any = None  # value if the option is absent
+    alone: Any = None  # value of an option with an optional value if it comes without one
+    repeated: bool = False  # whether the option may be repeated, each time extending a list
+    required: bool = False  # whether the command needs the option
+    dest: str = ""  # name in the namespace, if it differs from the option's first name
+    # argparse action that stores the values, if it is not the default one.
     action: type[argparse.Action] | None = None
 
     @property
@@ -88,15 +79,10 @@ def _arity(values: Sequence[str]) -> dict[str, Any]:
 
 
 class Group(NamedTuple):
-    """Options below a title in the help.
+    """Options below a title in the help."""
 
-    Attributes:
-        title: Title of the group; empty for mutually exclusive options, which have no title.
-        options: Options in the order of the help.
-    """
-
-    title: str
-    options: Iterable[Option]
+    title: str  # title of the group; empty for mutually exclusive options, which have no title
+    options: Iterable[Option]  # options in the order of the help
 
     def add_to(self, parser: argparse.ArgumentParser) -> None:
         """Add the options to a parser."""
@@ -107,22 +93,15 @@ class Group(NamedTuple):
 
 @dataclass(frozen=True)
 class Command:
-    """A command; it decorates the function NAME_command, which the command NAME then runs.
+    """A command; it decorates the function NAME_command, which the command NAME then runs."""
 
-    Attributes:
-        description: What the command does, in one or two sentences.
-        examples: One or more command lines as a person would type them; text after # is a comment.
-        options: Options in the order of the help.
-        notes: Tables between options and examples.
-        usage: Usage line, if the generated one would be too long.
-        run: Function of the parsed arguments that returns a `Result`, the exit code, or None for "done".
-    """
-
-    description: str
+    description: str  # what the command does, in one or two sentences
+    # One or more command lines as a person would type them; text after # is a comment.
     examples: Sequence[str]
-    options: Sequence[Option | Group]
-    notes: str = ""
-    usage: str | None = None
+    options: Sequence[Option | Group]  # options in the order of the help
+    notes: str = ""  # tables between options and examples
+    usage: str | None = None  # usage line, if the generated one would be too long
+    # Function of the parsed arguments that returns a `Result`, the exit code, or None for "done".
     run: Callable[[Namespace], Any] = lambda args: None
 
     def __call__(self, run: Callable[[Namespace], Any]) -> "Command":

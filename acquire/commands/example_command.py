@@ -20,26 +20,17 @@ SHORTEST = 20.0
 
 
 class Example(NamedTuple):
-    """An example.
+    """An example."""
 
-    Attributes:
-        purpose: Description in one line.
-        folder: Default folder.
-        length: Default duration of each motion [s].
-        arm: Function that returns the true and the nominal arm.
-        steps: Function that returns the commands for a folder, a duration [s] and a search
-            time [s]; None for a fixed number of iterations.
-        outcome: Function that returns the result as text, from the files in a folder.
-        protected: Patterns of files that the example does not overwrite.
-    """
-
-    purpose: str
-    folder: Path
-    length: float
-    arm: Callable[[], ExampleArm]
+    purpose: str  # description in one line
+    folder: Path  # default folder
+    length: float  # default duration of each motion [s]
+    arm: Callable[[], ExampleArm]  # function that returns the true and the nominal arm
+    # Function that returns the commands for a folder, a duration [s] and a search time [s]; None for a fixed
+    # number of iterations.
     steps: Callable[[Path, float, float | None], list[Step]]
-    outcome: Callable[[Path], str]
-    protected: tuple[str, ...] = ("*.mcap*",)
+    outcome: Callable[[Path], str]  # function that returns the result as text, from the files in a folder
+    protected: tuple[str, ...] = ("*.mcap*",)  # patterns of files that the example does not overwrite
 
 
 NAMED = {

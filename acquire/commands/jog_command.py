@@ -56,20 +56,13 @@ GENTLE = 0.05
 
 @dataclass
 class Jog:
-    """A requested jog.
+    """A requested jog."""
 
-    Attributes:
-        model: Nominal model with the payload.
-        travel: Travel of the joint.
-        args: Parsed command line.
-        driver: Driver that is not open yet.
-        flange: Expected displacement of the flange; None until the arm's position is known.
-    """
-
-    model: Model
-    travel: Travel
-    args: Namespace
-    driver: Driver
+    model: Model  # nominal model with the payload
+    travel: Travel  # travel of the joint
+    args: Namespace  # parsed command line
+    driver: Driver  # driver that is not open yet
+    # Expected displacement of the flange; None until the arm's position is known.
     flange: FlangeTravel | None = field(default=None)
 
     def job(self, info: Info) -> Job:

@@ -15,21 +15,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Result:
-    """What a command returns.
+    """What a command returns."""
 
-    Attributes:
-        page: Text for a person; None if the result consists of its files or its view.
-        table: The same for scripts, or the text of its JSON; printed or written as --json states.
-        written: Files that the command wrote.
-        view: Function that makes the view of --view, --serve and --save, and imports Rerun.
-        code: Exit code.
-    """
-
-    page: str | None = None
+    page: str | None = None  # text for a person; None if the result consists of its files or its view
+    # The same for scripts, or the text of its JSON; printed or written as --json states.
     table: Mapping[str, Any] | str = ""
-    written: Sequence[Path] = ()
+    written: Sequence[Path] = ()  # files that the command wrote
+    # Function that makes the view of --view, --serve and --save, and imports Rerun.
     view: "Callable[[], View] | None" = None
-    code: int = DONE
+    code: int = DONE  # exit code
 
     def deliver(self, args: Namespace) -> int:
         """Print the result, and show its view, as the command line states; return the exit code."""

@@ -25,17 +25,11 @@ PLACES = 200
 
 
 class Spring(NamedTuple):
-    """A balancer with its coefficients from the file of a model or a diagnosis.
+    """A balancer with its coefficients from the file of a model or a diagnosis."""
 
-    Attributes:
-        effect: Joint and geometry.
-        stiffness: K_r [N/m].
-        preload: K_0 [N].
-    """
-
-    effect: SpringBalancer
-    stiffness: float
-    preload: float
+    effect: SpringBalancer  # joint and geometry
+    stiffness: float  # k_r [N/m]
+    preload: float  # k_0 [N]
 
     def as_long_as(self, other: "Spring") -> "Spring":
         """A spring of equal torque with the other's `d21`; torque depends only on the length ratio."""
@@ -60,21 +54,14 @@ class Spring(NamedTuple):
 
 @dataclass(frozen=True)
 class Result:
-    """Truth, findings, and residuals of the held-out run.
+    """Truth, findings, and residuals of the held-out run."""
 
-    Attributes:
-        folder: Folder of the files.
-        robot: Robot of the true arm.
-        concealed: The true spring.
-        findings: Findings in diagnosis.json.
-        residuals: Root mean square of each joint over its noise, name -> shape (n,): torque "nominal",
-            "identified" without the spring and "found"; current "simulated before" and "simulated after".
-    """
-
-    folder: Path
-    robot: Robot
-    concealed: Spring
-    findings: list[dict[str, Any]]
+    folder: Path  # folder of the files
+    robot: Robot  # robot of the true arm
+    concealed: Spring  # the true spring
+    findings: list[dict[str, Any]]  # findings in diagnosis.json
+    # Root mean square of each joint over its noise, name -> shape (n,): torque "nominal", "identified"
+    # without the spring and "found"; current "simulated before" and "simulated after".
     residuals: dict[str, np.ndarray]
 
     @classmethod

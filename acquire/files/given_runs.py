@@ -184,17 +184,11 @@ def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:
 
 
 class Case(NamedTuple):
-    """A nominal robot and its runs.
+    """A nominal robot and its runs."""
 
-    Attributes:
-        name: Name of the robot.
-        model: Nominal model.
-        runs: Role and recording of each run.
-    """
-
-    name: str
-    model: Model
-    runs: list[tuple[str, Recording]]
+    name: str  # name of the robot
+    model: Model  # nominal model
+    runs: list[tuple[str, Recording]]  # role and recording of each run
 
 
 def _is_robot(source: str) -> bool:

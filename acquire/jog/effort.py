@@ -30,25 +30,16 @@ BLOCKS = 12
 
 @dataclass(frozen=True)
 class Effort:
-    """Torque of a joint's drive in the middle of the travel.
+    """Torque of a joint's drive in the middle of the travel."""
 
-    Attributes:
-        gravity: Mean torque of both directions [N m].
-        gravity_std: Standard deviation of the mean due to noise [N m].
-        friction: Half the torque difference between the directions, positive if it opposes the motion [N m].
-        friction_std: Standard deviation of the friction due to noise [N m].
-        middle: Position in the middle, shape (n,) [rad] or [m].
-        unit: "N m", or "N" for a prismatic joint.
-        source: Signal from which the torque was computed, for messages.
-    """
-
-    gravity: float
-    gravity_std: float
+    gravity: float  # mean torque of both directions [N m]
+    gravity_std: float  # standard deviation of the mean due to noise [N m]
+    # Half the torque difference between the directions, positive if it opposes the motion [N m].
     friction: float
-    friction_std: float
-    middle: np.ndarray
-    unit: str
-    source: str
+    friction_std: float  # standard deviation of the friction due to noise [N m]
+    middle: np.ndarray  # position in the middle, shape (n,) [rad] or [m]
+    unit: str  # "N m", or "N" for a prismatic joint
+    source: str  # signal from which the torque was computed, for messages
 
 
 def effort_of(course: Course, travel: Travel, model: Model) -> Effort | str:
@@ -134,15 +125,10 @@ def torque_at_rest(model: Model, positions: np.ndarray, payload: str = "") -> np
 
 @dataclass(frozen=True)
 class FlangeTravel:
-    """Expected displacement of the flange in the base frame.
+    """Expected displacement of the flange in the base frame."""
 
-    Attributes:
-        moved: Displacement, shape (3,) [m].
-        axis: Axis about which the joint turns or along which it slides, shape (3,) [-].
-    """
-
-    moved: np.ndarray
-    axis: np.ndarray
+    moved: np.ndarray  # displacement, shape (3,) [m]
+    axis: np.ndarray  # axis about which the joint turns or along which it slides, shape (3,) [-]
 
 
 def flange_travel(robot: Robot, position: np.ndarray, travel: Travel) -> FlangeTravel:

@@ -42,25 +42,15 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Judgement:
-    """Judgement of one property.
+    """Judgement of one property."""
 
-    Attributes:
-        name: Name of the property.
-        value: Measured value; NaN if unknown.
-        low: Smallest acceptable value.
-        high: Largest acceptable value.
-        unit: Unit of the values.
-        verdict: Verdict on the property.
-        text: Reason, and what to check; empty if the numbers suffice.
-    """
-
-    name: str
-    value: float
-    low: float
-    high: float
-    unit: str
-    verdict: Verdict
-    text: str = ""
+    name: str  # name of the property
+    value: float  # measured value; NaN if unknown
+    low: float  # smallest acceptable value
+    high: float  # largest acceptable value
+    unit: str  # unit of the values
+    verdict: Verdict  # verdict on the property
+    text: str = ""  # reason, and what to check; empty if the numbers suffice
 
 
 def judge(course: Course, travel: Travel, model: Model, payload: str = "") -> list[Judgement]:

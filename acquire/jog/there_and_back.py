@@ -35,17 +35,11 @@ BEFORE, BETWEEN = 2.0, 0.5
 
 @dataclass(frozen=True)
 class Travel:
-    """Commanded travel of one joint.
+    """Commanded travel of one joint."""
 
-    Attributes:
-        joint: Index of the joint.
-        distance: Signed distance [rad] or [m].
-        speed: Speed [rad/s] or [m/s].
-    """
-
-    joint: int
-    distance: float
-    speed: float
+    joint: int  # index of the joint
+    distance: float  # signed distance [rad] or [m]
+    speed: float  # speed [rad/s] or [m/s]
 
     @classmethod
     def of(cls, robot: Robot, joint: int, distance: float) -> "Travel":
@@ -137,23 +131,14 @@ def _slow_limits(limits: Limits, travel: Travel) -> Limits:
 
 @dataclass(frozen=True)
 class Course:
-    """Commanded and measured samples of the motion, up to the end of a stop.
+    """Commanded and measured samples of the motion, up to the end of a stop."""
 
-    Attributes:
-        commanded: Commanded positions, shape (t, n) [rad] or [m].
-        speed: Commanded velocities, shape (t, n) [rad/s] or [m/s].
-        position: Measured positions, shape (t, n) [rad] or [m]; NaN for a silent joint.
-        velocity: Measured velocities, shape (t, n) [rad/s] or [m/s]; NaN if not measured.
-        current: Measured currents, shape (t, n) [A]; NaN if not measured.
-        torque: Measured torques, shape (t, n) [N m]; NaN if not measured.
-    """
-
-    commanded: np.ndarray
-    speed: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    current: np.ndarray
-    torque: np.ndarray
+    commanded: np.ndarray  # commanded positions, shape (t, n) [rad] or [m]
+    speed: np.ndarray  # commanded velocities, shape (t, n) [rad/s] or [m/s]
+    position: np.ndarray  # measured positions, shape (t, n) [rad] or [m]; NaN for a silent joint
+    velocity: np.ndarray  # measured velocities, shape (t, n) [rad/s] or [m/s]; NaN if not measured
+    current: np.ndarray  # measured currents, shape (t, n) [A]; NaN if not measured
+    torque: np.ndarray  # measured torques, shape (t, n) [N m]; NaN if not measured
 
 
 class MemorySink:

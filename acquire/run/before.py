@@ -28,20 +28,13 @@ RATES = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "je
 
 @dataclass(frozen=True)
 class CheckedPlan:
-    """A plan that this robot may run.
+    """A plan that this robot may run."""
 
-    Attributes:
-        plan: Plan at playback speed; its limits are no wider than the robot's.
-        model: Robot with its payload.
-        limits: Limits of the robot; missing ones are those that the planner assumes or the motion needs.
-        torque: Torque of the motion, computed with the nominal model.
-        warnings: Sentences about edits in the plan's file and about differences since it was planned.
-    """
-
-    plan: Plan
-    model: Model
-    limits: Limits
-    torque: Torque
+    plan: Plan  # plan at playback speed; its limits are no wider than the robot's
+    model: Model  # robot with its payload
+    limits: Limits  # limits of the robot; missing ones are those that the planner assumes or the motion needs
+    torque: Torque  # torque of the motion, computed with the nominal model
+    # Sentences about edits in the plan's file and about differences since it was planned.
     warnings: tuple[str, ...]
 
 

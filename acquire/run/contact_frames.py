@@ -17,17 +17,11 @@ from .frames import HEAD, SAMPLE, frame, text_frame
 
 
 class ContactHead(NamedTuple):
-    """Description of the arm, the first frame.
+    """Description of the arm, the first frame."""
 
-    Attributes:
-        model: Model of the arm.
-        unit: Unit of the torques.
-        force: Whether the force on the flange is known.
-    """
-
-    model: Model
-    unit: str
-    force: bool
+    model: Model  # model of the arm
+    unit: str  # unit of the torques
+    force: bool  # whether the force on the flange is known
 
     def frame(self) -> bytes:
         """The head as a frame."""
@@ -41,21 +35,13 @@ class ContactHead(NamedTuple):
 
 
 class ContactRows(NamedTuple):
-    """External torques to be drawn; unknown values are NaN.
+    """External torques to be drawn; unknown values are NaN."""
 
-    Attributes:
-        time: Time, shape (t,) [s].
-        torque: External torques, shape (t, n) [N m].
-        limit: Torque at which each joint alone makes an alarm, shape (t, n) [N m].
-        position: Joint positions, shape (t, n) [rad].
-        force: Force on the flange in the axes of the base, shape (t, 3) [N].
-    """
-
-    time: np.ndarray
-    torque: np.ndarray
-    limit: np.ndarray
-    position: np.ndarray
-    force: np.ndarray
+    time: np.ndarray  # time, shape (t,) [s]
+    torque: np.ndarray  # external torques, shape (t, n) [N m]
+    limit: np.ndarray  # torque at which each joint alone makes an alarm, shape (t, n) [N m]
+    position: np.ndarray  # joint positions, shape (t, n) [rad]
+    force: np.ndarray  # force on the flange in the axes of the base, shape (t, 3) [N]
 
     def frames(self) -> Iterator[bytes]:
         """One frame per row."""

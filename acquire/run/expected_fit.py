@@ -30,21 +30,13 @@ LISTED = 8
 
 @dataclass(frozen=True)
 class ExpectedParameter:
-    """A base parameter or drive gain of the simulated arm, and how well the motion determines it.
+    """A base parameter or drive gain of the simulated arm, and how well the motion determines it."""
 
-    Attributes:
-        name: Name of the base parameter, or "gain of" and the joint.
-        unit: Its unit.
-        true: Value of the simulated arm.
-        estimate: Estimate from the simulated runs.
-        std: Standard deviation of the estimate.
-    """
-
-    name: str
-    unit: str
-    true: float
-    estimate: float
-    std: float
+    name: str  # name of the base parameter, or "gain of" and the joint
+    unit: str  # its unit
+    true: float  # value of the simulated arm
+    estimate: float  # estimate from the simulated runs
+    std: float  # standard deviation of the estimate
 
     @property
     def determined(self) -> bool:

@@ -29,24 +29,15 @@ ARRAYS = (*SIGNALS, "command_position", "command_velocity")
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """One control cycle.
+    """One control cycle."""
 
-    Attributes:
-        host_time: Host's clock [ns since 1970].
-        controller_time: Controller's clock [ns from its own zero].
-        lateness: Lateness of the exchange [s].
-        skipped: Cycles without an exchange before this one.
-        stage: Index in `STAGES`.
-        arrays: Rows as in `ARRAYS`, shape (7, n); NaN for a command that was not sent.
-        state: Controller-specific state, shape (k,), as in `Sample`.
-    """
-
-    host_time: int
-    controller_time: int
-    lateness: float
-    skipped: int
-    stage: int
-    arrays: np.ndarray
+    host_time: int  # host's clock [ns since 1970]
+    controller_time: int  # controller's clock [ns from its own zero]
+    lateness: float  # lateness of the exchange [s]
+    skipped: int  # cycles without an exchange before this one
+    stage: int  # index in `STAGES`
+    arrays: np.ndarray  # rows as in `ARRAYS`, shape (7, n); NaN for a command that was not sent
+    # Controller-specific state, shape (k,), as in `Sample`.
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def array(self, name: str) -> np.ndarray:
@@ -60,21 +51,13 @@ STAGES = ("listening", "approaching", "running", "braking", "holding")
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event of a run.
+    """An event of a run."""
 
-    Attributes:
-        host_time: Host's clock [ns since 1970].
-        controller_time: Controller's clock [ns from its own zero].
-        kind: Kind of event: "driver", "stage", "stop", "late", "warning".
-        text: Description in a sentence.
-        details: Joint, value, limit, unit and level of a stop, if known.
-    """
-
-    host_time: int
-    controller_time: int
-    kind: str
-    text: str
-    details: Mapping[str, Any]
+    host_time: int  # host's clock [ns since 1970]
+    controller_time: int  # controller's clock [ns from its own zero]
+    kind: str  # kind of event: "driver", "stage", "stop", "late", "warning"
+    text: str  # description in a sentence
+    details: Mapping[str, Any]  # joint, value, limit, unit and level of a stop, if known
 
 
 def sample_frame(sample: Sample, command: Command | None, stage: int) -> bytes:

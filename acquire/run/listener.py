@@ -18,35 +18,20 @@ loses the oldest."""
 
 @dataclass(frozen=True)
 class Reading:
-    """Data received since the last reading.
+    """Data received since the last reading."""
 
-    Attributes:
-        host_time: Host's clock at the last sample [ns since 1970].
-        position: Last fresh position of each joint, shape (n,) [rad] or [m]; NaN if there is none.
-        velocity: Last fresh velocity, shape (n,) [rad/s] or [m/s].
-        current: Mean of the fresh currents, shape (n,) [A].
-        torque: Mean of the fresh torques, shape (n,) [N m].
-        temperature: Last fresh temperature, shape (n,) [degC].
-        states: State reported by each drive; empty if it reports none.
-        cycles: Number of exchanges.
-        silent: Number of exchanges in which each joint was silent, shape (n,).
-        events: Messages of the controller.
-        fault: Why the arm could not be commanded; empty if it could.
-        samples: All samples.
-    """
-
-    host_time: int
-    position: np.ndarray
-    velocity: np.ndarray
-    current: np.ndarray
-    torque: np.ndarray
-    temperature: np.ndarray
-    states: tuple[str, ...]
-    cycles: int
-    silent: np.ndarray
-    events: tuple[str, ...]
-    fault: str
-    samples: tuple[Sample, ...] = ()
+    host_time: int  # host's clock at the last sample [ns since 1970]
+    position: np.ndarray  # last fresh position of each joint, shape (n,) [rad] or [m]; NaN if there is none
+    velocity: np.ndarray  # last fresh velocity, shape (n,) [rad/s] or [m/s]
+    current: np.ndarray  # mean of the fresh currents, shape (n,) [A]
+    torque: np.ndarray  # mean of the fresh torques, shape (n,) [N m]
+    temperature: np.ndarray  # last fresh temperature, shape (n,) [degC]
+    states: tuple[str, ...]  # state reported by each drive; empty if it reports none
+    cycles: int  # number of exchanges
+    silent: np.ndarray  # number of exchanges in which each joint was silent, shape (n,)
+    events: tuple[str, ...]  # messages of the controller
+    fault: str  # why the arm could not be commanded; empty if it could
+    samples: tuple[Sample, ...] = ()  # all samples
 
 
 class Listener:

@@ -31,25 +31,16 @@ message must not keep the loop from seeing whether the arm stops."""
 
 @dataclass
 class Counts:
-    """Statistics of the cycles of a run.
+    """Statistics of the cycles of a run."""
 
-    Attributes:
-        cycles: Number of exchanges.
-        skipped: Number of cycles without an exchange.
-        stale: Number of samples in which a joint was silent.
-        lateness: Lateness of each exchange [s].
-        work: CPU time of this thread in each cycle, from one exchange to the next [s].
-        driver_work: CPU time within each exchange [s].
-        block: Maximum delay between two cycles, beyond the cycle time [s].
-    """
-
-    cycles: int = 0
-    skipped: int = 0
-    stale: int = 0
-    lateness: list[float] = field(default_factory=list)
+    cycles: int = 0  # number of exchanges
+    skipped: int = 0  # number of cycles without an exchange
+    stale: int = 0  # number of samples in which a joint was silent
+    lateness: list[float] = field(default_factory=list)  # lateness of each exchange [s]
+    # CPU time of this thread in each cycle, from one exchange to the next [s].
     work: list[float] = field(default_factory=list)
-    driver_work: list[float] = field(default_factory=list)
-    block: float = 0.0
+    driver_work: list[float] = field(default_factory=list)  # CPU time within each exchange [s]
+    block: float = 0.0  # maximum delay between two cycles, beyond the cycle time [s]
 
     def add(self, sample: Sample) -> None:
         """Count a sample."""

@@ -38,44 +38,27 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Job:
-    """A motion to perform with an arm.
+    """A motion to perform with an arm."""
 
-    Attributes:
-        robot: Nominal robot.
-        motion: Motion at playback speed.
-        limits: Limits of the robot, finite in velocity, acceleration and jerk.
-        start: Rules of the approach to the start of the motion.
-        watch: Limits that stop the run.
-        current: Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
-        settle: Duration of rest to record at the end [s].
-    """
-
-    robot: Robot
-    motion: Trajectory
-    limits: Limits
-    start: StartRules = field(default_factory=StartRules)
-    watch: WatchLimits = field(default_factory=WatchLimits)
+    robot: Robot  # nominal robot
+    motion: Trajectory  # motion at playback speed
+    limits: Limits  # limits of the robot, finite in velocity, acceleration and jerk
+    start: StartRules = field(default_factory=StartRules)  # rules of the approach to the start of the motion
+    watch: WatchLimits = field(default_factory=WatchLimits)  # limits that stop the run
+    # Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
     current: np.ndarray | None = None
-    settle: float = 0.5
+    settle: float = 0.5  # duration of rest to record at the end [s]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a run.
+    """Result of a run."""
 
-    Attributes:
-        info: Metadata of the driver.
-        counts: Statistics of the cycles.
-        stop: Stop that ended the run early, or None.
-        escalated: Harder stops requested because that stop did not work, in order.
-        standstill: Whether the arm stood at the end; None if something else moves it.
-    """
-
-    info: Info
-    counts: Counts
-    stop: Stop | None
-    escalated: tuple[Stop, ...] = ()
-    standstill: Standstill | None = None
+    info: Info  # metadata of the driver
+    counts: Counts  # statistics of the cycles
+    stop: Stop | None  # stop that ended the run early, or None
+    escalated: tuple[Stop, ...] = ()  # harder stops requested because that stop did not work, in order
+    standstill: Standstill | None = None  # whether the arm stood at the end; None if something else moves it
 
     @property
     def notice(self) -> str:

@@ -26,25 +26,15 @@ ABANDONED = "the program that moved the arm ended without a reason; all samples 
 
 @dataclass
 class Course:
-    """State of the run so far.
+    """State of the run so far."""
 
-    Attributes:
-        cycles: Number of samples.
-        skipped: Number of missed cycles.
-        lateness: Lateness of each sample [s].
-        host_time: Host's clock at the last sample [ns since 1970].
-        controller_time: Controller's clock at the last sample [ns].
-        end: Result of the loop; None until its end.
-        unreadable: Number of frames that could not be read.
-    """
-
-    cycles: int = 0
-    skipped: int = 0
-    lateness: array = field(default_factory=lambda: array("d"))
-    host_time: int = 0
-    controller_time: int = 0
-    end: dict[str, Any] | None = None
-    unreadable: int = 0
+    cycles: int = 0  # number of samples
+    skipped: int = 0  # number of missed cycles
+    lateness: array = field(default_factory=lambda: array("d"))  # lateness of each sample [s]
+    host_time: int = 0  # host's clock at the last sample [ns since 1970]
+    controller_time: int = 0  # controller's clock at the last sample [ns]
+    end: dict[str, Any] | None = None  # result of the loop; None until its end
+    unreadable: int = 0  # number of frames that could not be read
 
     def count(self, cycle: Cycle) -> None:
         """Add a cycle."""

@@ -12,21 +12,13 @@ from exidyn.identification.text_table import fixed
 
 @dataclass(frozen=True)
 class JointUnits:
-    """Names, units and limits with which joint positions are printed.
+    """Names, units and limits with which joint positions are printed."""
 
-    Attributes:
-        joints: Joint names.
-        units: Printed unit of each joint's position.
-        scale: Printed value per rad or m, shape (n,).
-        lower: Lower position limits, shape (n,) [rad] or [m]; minus infinity for none.
-        upper: Upper position limits, shape (n,) [rad] or [m]; infinity for none.
-    """
-
-    joints: tuple[str, ...]
-    units: tuple[str, ...]
-    scale: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
+    joints: tuple[str, ...]  # joint names
+    units: tuple[str, ...]  # printed unit of each joint's position
+    scale: np.ndarray  # printed value per rad or m, shape (n,)
+    lower: np.ndarray  # lower position limits, shape (n,) [rad] or [m]; minus infinity for none
+    upper: np.ndarray  # upper position limits, shape (n,) [rad] or [m]; infinity for none
 
     @classmethod
     def of(cls, robot: Robot) -> "JointUnits":

@@ -28,21 +28,14 @@ BEYOND, SILENT, CONTACT = "BEYOND", "silent", "CONTACT"
 
 
 class External(NamedTuple):
-    """External torques in a reading, at its highest score; without a threshold, the last ones.
+    """External torques in a reading, at its highest score; without a threshold, the last ones."""
 
-    Attributes:
-        torque: External torque of each joint, shape (n,) [N m]; NaN if unknown.
-        contact_from: Torque at which each joint makes an alarm, shape (n,) [N m]; NaN without a threshold.
-        force: Force on the flange in the axes of the base, shape (3,) [N].
-        over: Joints above their threshold; empty without contact.
-        contacts: Number of contacts so far, with the present one.
-    """
-
-    torque: np.ndarray
+    torque: np.ndarray  # external torque of each joint, shape (n,) [N m]; NaN if unknown
+    # Torque at which each joint makes an alarm, shape (n,) [N m]; NaN without a threshold.
     contact_from: np.ndarray
-    force: np.ndarray
-    over: tuple[int, ...]
-    contacts: int
+    force: np.ndarray  # force on the flange in the axes of the base, shape (3,) [N]
+    over: tuple[int, ...]  # joints above their threshold; empty without contact
+    contacts: int  # number of contacts so far, with the present one
 
     def columns(self) -> dict[str, np.ndarray]:
         """Columns of the table, by their heads."""

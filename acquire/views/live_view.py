@@ -39,15 +39,10 @@ class CannotShow(RunError):
 
 
 class Address(NamedTuple):
-    """Address of a server.
+    """Address of a server."""
 
-    Attributes:
-        host: Address of this machine; "0.0.0.0" or "::" for all of its addresses.
-        port: Port of the page; the data come from the next port.
-    """
-
-    host: str
-    port: int
+    host: str  # address of this machine; "0.0.0.0" or "::" for all of its addresses
+    port: int  # port of the page; the data come from the next port
 
     @classmethod
     def read(cls, text: str) -> "Address":
@@ -93,17 +88,11 @@ class Address(NamedTuple):
 
 @dataclass(frozen=True)
 class Targets:
-    """Targets of a view; any number of them at once.
+    """Targets of a view; any number of them at once."""
 
-    Attributes:
-        view: Whether to show it in Rerun's viewer, which stays open afterward.
-        serve: ADDRESS:PORT of a page for browsers, available during the run, or None.
-        save: File that Rerun's viewer can open later, or None.
-    """
-
-    view: bool = False
-    serve: str | None = None
-    save: Path | None = None
+    view: bool = False  # whether to show it in Rerun's viewer, which stays open afterward
+    serve: str | None = None  # ADDRESS:PORT of a page for browsers, available during the run, or None
+    save: Path | None = None  # file that Rerun's viewer can open later, or None
 
     @property
     def any(self) -> bool:

@@ -32,35 +32,21 @@ MARKS = 8
 
 
 class Samples(NamedTuple):
-    """Samples in order, or windows of samples, which have an additional axis.
+    """Samples in order, or windows of samples, which have an additional axis."""
 
-    Attributes:
-        stamp: Time stamps for display, shape (t,).
-        time: Times of measurement, shape (t,) [s].
-        position: Position, shape (t, n) [rad]; NaN for a silent joint.
-        torque: Measured joint torque, shape (t, n) [N m]; see `joint_torque`.
-    """
-
-    stamp: np.ndarray
-    time: np.ndarray
-    position: np.ndarray
-    torque: np.ndarray
+    stamp: np.ndarray  # time stamps for display, shape (t,)
+    time: np.ndarray  # times of measurement, shape (t,) [s]
+    position: np.ndarray  # position, shape (t, n) [rad]; NaN for a silent joint
+    torque: np.ndarray  # measured joint torque, shape (t, n) [N m]; see `joint_torque`
 
 
 class Torques(NamedTuple):
-    """Velocities and averaged torques; NaN if a window has gaps.
+    """Velocities and averaged torques; NaN if a window has gaps."""
 
-    Attributes:
-        stamp: Time stamps of the samples in the middle, shape (r,).
-        velocity: Velocity, shape (r, n) [rad/s].
-        measured: Measured torque, shape (r, n) [N m].
-        nominal: Nominal torque, shape (r, n) [N m].
-    """
-
-    stamp: np.ndarray
-    velocity: np.ndarray
-    measured: np.ndarray
-    nominal: np.ndarray
+    stamp: np.ndarray  # time stamps of the samples in the middle, shape (r,)
+    velocity: np.ndarray  # velocity, shape (r, n) [rad/s]
+    measured: np.ndarray  # measured torque, shape (r, n) [N m]
+    nominal: np.ndarray  # nominal torque, shape (r, n) [N m]
 
     @property
     def residual(self) -> np.ndarray:

@@ -26,35 +26,21 @@ MAX_MOMENTS = 12
 
 
 class Moment(NamedTuple):
-    """A time span in which a torque stands out.
+    """A time span in which a torque stands out."""
 
-    Attributes:
-        begin: Start time [s].
-        end: End time [s].
-        over_noise: RMS torque over the noise floor [-].
-    """
-
-    begin: float
-    end: float
-    over_noise: float
+    begin: float  # start time [s]
+    end: float  # end time [s]
+    over_noise: float  # RMS torque over the noise floor [-]
 
 
 class Suspect(NamedTuple):
-    """A finding, or an unexplained residual of a joint.
+    """A finding, or an unexplained residual of a joint."""
 
-    Attributes:
-        name: Name with effect and joints.
-        short: Name of the effect alone.
-        joint: Index of the joint on which it is clearest, from 0.
-        place: Index of the finding in the traces; None for an unexplained residual.
-        color: Color of its torque and its moments.
-    """
-
-    name: str
-    short: str
-    joint: int
-    place: int | None
-    color: tuple[int, int, int]
+    name: str  # name with effect and joints
+    short: str  # name of the effect alone
+    joint: int  # index of the joint on which it is clearest, from 0
+    place: int | None  # index of the finding in the traces; None for an unexplained residual
+    color: tuple[int, int, int]  # color of its torque and its moments
 
     def torque(self, trace: Trace) -> np.ndarray:
         """Torque of the suspect on its joint, zero where the joint sticks, shape (r,) [N m]."""

@@ -78,19 +78,12 @@ def _ask(bus: CanBus, motor: int, master: int, register: Register, action: int, 
 
 @dataclass
 class MotorData:
-    """Data of a motor.
+    """Data of a motor."""
 
-    Attributes:
-        guarded: Whether it is verified that the motor switches off when the host falls silent.
-        timeout: Value of TIMEOUT before the set-up; None if the motor did not answer.
-        facts: Facts that explain the measurements later.
-        warnings: Warnings, a sentence each.
-    """
-
-    guarded: bool = False
-    timeout: int | None = None
-    facts: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    guarded: bool = False  # whether it is verified that the motor switches off when the host falls silent
+    timeout: int | None = None  # value of TIMEOUT before the set-up; None if the motor did not answer
+    facts: list[str] = field(default_factory=list)  # facts that explain the measurements later
+    warnings: list[str] = field(default_factory=list)  # warnings, a sentence each
 
 
 def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> MotorData:

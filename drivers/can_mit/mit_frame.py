@@ -49,27 +49,16 @@ MODELS: dict[str, tuple[Family, Ranges]] = {
 
 
 class Motor(NamedTuple):
-    """A motor on the bus.
+    """A motor on the bus."""
 
-    Attributes:
-        name: Name in messages.
-        number: Identifier of its commands.
-        master: Identifier of its answers.
-        family: Maker of the motor.
-        commanded: Ranges of its commands.
-        answered: Ranges of its answers.
-        kp: Stiffness [N m/rad].
-        kd: Damping [N m s/rad].
-    """
-
-    name: str
-    number: int
-    master: int
-    family: Family
-    commanded: Ranges
-    answered: Ranges
-    kp: float
-    kd: float
+    name: str  # name in messages
+    number: int  # identifier of its commands
+    master: int  # identifier of its answers
+    family: Family  # maker of the motor
+    commanded: Ranges  # ranges of its commands
+    answered: Ranges  # ranges of its answers
+    kp: float  # stiffness [N m/rad]
+    kd: float  # damping [N m s/rad]
 
 
 class State(NamedTuple):

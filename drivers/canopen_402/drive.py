@@ -146,35 +146,21 @@ ADVICE = "Set current_object to its maker's object, such as '0x30D1:2 int32', an
 
 @dataclass(frozen=True)
 class EffortSettings:
-    """Settings of one drive's current and torque; 0 uses the value in the drive.
+    """Settings of one drive's current and torque; 0 uses the value in the drive."""
 
-    Attributes:
-        current: Object that measures the current.
-        scale: Current per count of this object [A].
-        rated_current: Current of 1000 counts [A].
-        rated_torque: Motor torque of 1000 counts [N m].
-    """
-
-    current: c.Entry
-    scale: float
-    rated_current: float
-    rated_torque: float
+    current: c.Entry  # object that measures the current
+    scale: float  # current per count of this object [A]
+    rated_current: float  # current of 1000 counts [A]
+    rated_torque: float  # motor torque of 1000 counts [N m]
 
 
 class Effort(NamedTuple):
-    """Object that measures the current or torque of a motor.
+    """Object that measures the current or torque of a motor."""
 
-    Attributes:
-        entry: The object.
-        unit: Current [A] or motor torque [N m] per count.
-        fact: Explanation of object and unit, for the recording.
-        warnings: Warnings, a sentence each.
-    """
-
-    entry: c.Entry
-    unit: float
-    fact: str
-    warnings: tuple[str, ...] = ()
+    entry: c.Entry  # the object
+    unit: float  # current [A] or motor torque [N m] per count
+    fact: str  # explanation of object and unit, for the recording
+    warnings: tuple[str, ...] = ()  # warnings, a sentence each
 
 
 class Words(NamedTuple):

@@ -23,19 +23,12 @@ UNREAD = 500
 
 
 class SetUp(NamedTuple):
-    """Drives of an arm after set-up.
+    """Drives of an arm after set-up."""
 
-    Attributes:
-        kind: Effort that all drives measure, "current" or "torque".
-        efforts: Object of each drive that measures it.
-        drives: Data of each drive.
-        warnings: Warnings that concern the whole arm, a sentence each.
-    """
-
-    kind: str
-    efforts: list[Effort]
-    drives: list[DriveData]
-    warnings: list[str]
+    kind: str  # effort that all drives measure, "current" or "torque"
+    efforts: list[Effort]  # object of each drive that measures it
+    drives: list[DriveData]  # data of each drive
+    warnings: list[str]  # warnings that concern the whole arm, a sentence each
 
 
 class Questions(SdoClient):

@@ -30,21 +30,13 @@ SPARE_RPDOS = (0x1401, 0x1402, 0x1403)
 
 @dataclass
 class DriveData:
-    """Data of a drive.
+    """Data of a drive."""
 
-    Attributes:
-        guarded: Whether it is verified that the drive stops by itself when the host falls silent.
-        beats: Whether the drive sends a heartbeat.
-        position: Position at set-up [counts].
-        facts: Facts that explain the measurements later.
-        warnings: Warnings, a sentence each.
-    """
-
-    guarded: bool = False
-    beats: bool = False
-    position: int = 0
-    facts: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    guarded: bool = False  # whether it is verified that the drive stops by itself when the host falls silent
+    beats: bool = False  # whether the drive sends a heartbeat
+    position: int = 0  # position at set-up [counts]
+    facts: list[str] = field(default_factory=list)  # facts that explain the measurements later
+    warnings: list[str] = field(default_factory=list)  # warnings, a sentence each
 
 
 def inspect(drive: Drive) -> DriveData:

@@ -26,42 +26,25 @@ EXTERNAL_AXES = ("E1", "E2", "E3", "E4", "E5", "E6")
 
 @dataclass(frozen=True)
 class Element:
-    """One line of SEND or RECEIVE.
+    """One line of SEND or RECEIVE."""
 
-    Attributes:
-        tag: Name in the telegram.
-        kind: One of `TYPES`.
-        index: Number of the channel in the RSI context; zero for the controller's internal values.
-        hold: Whether the controller keeps the last value if no answer comes in time (HOLDON).
-    """
-
-    tag: str
-    kind: str
-    index: int = 0
-    hold: bool = False
+    tag: str  # name in the telegram
+    kind: str  # one of `TYPES`
+    index: int = 0  # number of the channel in the RSI context; zero for the controller's internal values
+    hold: bool = False  # whether the controller keeps the last value if no answer comes in time (HOLDON)
 
 
 @dataclass(frozen=True)
 class RsiConfig:
-    """Content of the file.
+    """Content of the file."""
 
-    Attributes:
-        address: Address of this computer to which the controller sends (IP_NUMBER).
-        port: Port of this computer to which the controller sends.
-        sentype: Type that answers must have (SENTYPE).
-        only_send: Whether the controller expects no answers (ONLYSEND).
-        send: Elements that the controller sends.
-        receive: Elements that the controller receives.
-        protocol: UDP; a KRC2 may also have TCP.
-    """
-
-    address: str
-    port: int
-    sentype: str
-    only_send: bool
-    send: tuple[Element, ...]
-    receive: tuple[Element, ...]
-    protocol: str = "UDP"
+    address: str  # address of this computer to which the controller sends (IP_NUMBER)
+    port: int  # port of this computer to which the controller sends
+    sentype: str  # type that answers must have (SENTYPE)
+    only_send: bool  # whether the controller expects no answers (ONLYSEND)
+    send: tuple[Element, ...]  # elements that the controller sends
+    receive: tuple[Element, ...]  # elements that the controller receives
+    protocol: str = "UDP"  # UDP; a KRC2 may also have TCP
 
     def sends(self, tag: str) -> bool:
         """Whether the controller sends a value; DEF_AIPos also sends `AIPos.A1`."""

@@ -16,17 +16,11 @@ from .settings import RsiSettings
 
 @dataclass(frozen=True)
 class Axes:
-    """Relation between axes and joints.
+    """Relation between axes and joints."""
 
-    Attributes:
-        sign: Sign of the axes relative to the joints, 1 or -1, shape (n,).
-        zero: Joint positions where the axes show zero, shape (n,) [rad].
-        ampere: Amperes per unit of current of the controller, shape (n,).
-    """
-
-    sign: np.ndarray
-    zero: np.ndarray
-    ampere: np.ndarray
+    sign: np.ndarray  # sign of the axes relative to the joints, 1 or -1, shape (n,)
+    zero: np.ndarray  # joint positions where the axes show zero, shape (n,) [rad]
+    ampere: np.ndarray  # amperes per unit of current of the controller, shape (n,)
 
     def joints(self, degrees: np.ndarray) -> np.ndarray:
         """Joint positions (n,) [rad] of axis positions [deg]."""
@@ -61,23 +55,14 @@ EXTERNAL = ("EIPos", "MECur")
 
 @dataclass(frozen=True)
 class Layout:
-    """Values read and written for one arm.
+    """Values read and written for one arm."""
 
-    Attributes:
-        axes: Axis of each joint, such as A1.
-        elements: Elements with a value for each axis, in reading order.
-        external: Names of values of external axes, such as EIPos.E1.
-        delay: Whether the controller counts answers that came late.
-        corrections: Tag of each joint's correction; empty when only listening.
-        switch: Tag of the Stop channel; empty without one.
-    """
-
-    axes: tuple[str, ...]
-    elements: tuple[str, ...]
-    external: tuple[str, ...]
-    delay: bool
-    corrections: tuple[str, ...]
-    switch: str
+    axes: tuple[str, ...]  # axis of each joint, such as A1
+    elements: tuple[str, ...]  # elements with a value for each axis, in reading order
+    external: tuple[str, ...]  # names of values of external axes, such as EIPos.E1
+    delay: bool  # whether the controller counts answers that came late
+    corrections: tuple[str, ...]  # tag of each joint's correction; empty when only listening
+    switch: str  # tag of the Stop channel; empty without one
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -31,19 +31,12 @@ def pattern_table(axes: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Linkage:
-    """Motions of all axes in all patterns.
+    """Motions of all axes in all patterns."""
 
-    Attributes:
-        axes: Names of the axes.
-        corrections: Corrections, zero for an axis that is not corrected, shape (p, n) [deg].
-        motions: Measured motions, shape (p, n) [deg].
-        size: Magnitude of the corrections [deg].
-    """
-
-    axes: Sequence[str]
-    corrections: np.ndarray
-    motions: np.ndarray
-    size: float
+    axes: Sequence[str]  # names of the axes
+    corrections: np.ndarray  # corrections, zero for an axis that is not corrected, shape (p, n) [deg]
+    motions: np.ndarray  # measured motions, shape (p, n) [deg]
+    size: float  # magnitude of the corrections [deg]
 
     @property
     def agrees(self) -> bool:

@@ -24,33 +24,20 @@ _TURN = 1 << 32
 
 
 class Datagram(NamedTuple):
-    """A received datagram.
+    """A received datagram."""
 
-    Attributes:
-        data: Content.
-        port: Port of the sender, which a controller changes for every session.
-        arrival: Time of arrival at the network card's driver, by the host's clock [ns since 1970].
-    """
-
-    data: bytes
-    port: int
-    arrival: int
+    data: bytes  # content
+    port: int  # port of the sender, which a controller changes for every session
+    arrival: int  # time of arrival at the network card's driver, by the host's clock [ns since 1970]
 
 
 class Fresh(NamedTuple):
-    """The newest telegram.
+    """The newest telegram."""
 
-    Attributes:
-        telegram: Content of the telegram.
-        datagram: Datagram in which it came.
-        cycles: Number of cycles since the previous telegram; 1 if none is missing.
-        late: Time between the arrivals of both telegrams minus the time between their stamps [s].
-    """
-
-    telegram: Telegram
-    datagram: Datagram
-    cycles: int
-    late: float
+    telegram: Telegram  # content of the telegram
+    datagram: Datagram  # datagram in which it came
+    cycles: int  # number of cycles since the previous telegram; 1 if none is missing
+    late: float  # time between the arrivals of both telegrams minus the time between their stamps [s]
 
 
 class Session:

@@ -133,21 +133,14 @@ APART = 0.5
 
 @dataclass(frozen=True)
 class Beginning:
-    """State at the beginning of a session.
+    """State at the beginning of a session."""
 
-    Attributes:
-        start: Pose from which corrections count, shape (n,) [deg].
-        reference: Element from which the pose was read.
-        decimals: Number of decimals of positions.
-        delay: Number of late answers counted by the controller until then; None if it does not count.
-        simulated: Whether it is a simulator, whose numbers have as many decimals as they need.
-    """
-
-    start: np.ndarray
-    reference: str
-    decimals: int
+    start: np.ndarray  # pose from which corrections count, shape (n,) [deg]
+    reference: str  # element from which the pose was read
+    decimals: int  # number of decimals of positions
+    # Number of late answers counted by the controller until then; None if it does not count.
     delay: int | None
-    simulated: bool = False
+    simulated: bool = False  # whether it is a simulator, whose numbers have as many decimals as they need
 
     def warnings(self) -> list[str]:
         if self.decimals > COARSE or self.simulated:

@@ -23,20 +23,15 @@ ROUNDING = 1e-9
 
 @dataclass
 class Reply:
-    """Reply of one cycle, on which faults act in place; arrays and units are those of `Sample`.
-
-    Attributes:
-        late: Delay of the reply [s].
-        lost: Why there is no reply at all; empty if there is one.
-    """
+    """Reply of one cycle, on which faults act in place; arrays and units are those of `Sample`."""
 
     position: np.ndarray
     velocity: np.ndarray
     current: np.ndarray
     temperature: np.ndarray
     stale: np.ndarray
-    late: float = 0.0
-    lost: str = ""
+    late: float = 0.0  # delay of the reply [s]
+    lost: str = ""  # why there is no reply at all; empty if there is one
     events: list[str] = field(default_factory=list)
 
     def silence(self, joint: int | slice) -> None:
@@ -47,21 +42,13 @@ class Reply:
 
 
 class Fault(NamedTuple):
-    """One fault to inject.
+    """One fault to inject."""
 
-    Attributes:
-        kind: What the fault does.
-        joint: Index of the joint; None for all joints, or for a fault of no particular joint.
-        amount: Size of the fault in its own unit.
-        begin: Time at which it begins [s]; `START` for the first exchange.
-        length: Duration [s]; zero for one cycle.
-    """
-
-    kind: "Kind"
-    joint: int | None
-    amount: float
-    begin: float
-    length: float
+    kind: "Kind"  # what the fault does
+    joint: int | None  # index of the joint; None for all joints, or for a fault of no particular joint
+    amount: float  # size of the fault in its own unit
+    begin: float  # time at which it begins [s]; `START` for the first exchange
+    length: float  # duration [s]; zero for one cycle
 
     def acts(self, before: float, now: float) -> bool:
         """Whether the fault acts in the cycle at time `now`; the previous cycle was at time `before` [s]."""

@@ -37,21 +37,13 @@ class Parsed(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """A request to servos, and how to parse their answers.
+    """A request to servos, and how to parse their answers."""
 
-    Attributes:
-        packet: Bytes of the request.
-        servos: Ids of the servos that answer.
-        answer_bytes: Length of all answers together without byte stuffing [bytes].
-        length: Length of the data in each answer [bytes].
-        parse: Function that parses the answers.
-    """
-
-    packet: bytes
-    servos: tuple[int, ...]
-    answer_bytes: int
-    length: int
-    parse: Callable[[bytes], Parsed]
+    packet: bytes  # bytes of the request
+    servos: tuple[int, ...]  # ids of the servos that answer
+    answer_bytes: int  # length of all answers together without byte stuffing [bytes]
+    length: int  # length of the data in each answer [bytes]
+    parse: Callable[[bytes], Parsed]  # function that parses the answers
 
 
 class Codec(Protocol):
@@ -81,21 +73,13 @@ USABLE = 0.9
 
 
 class Traffic(NamedTuple):
-    """What the line carries in a cycle.
+    """What the line carries in a cycle."""
 
-    Attributes:
-        sent: Number of bytes sent.
-        received: Number of bytes received.
-        answers: Number of answers that wait for a return delay.
-        return_delay: Delay of each answer [s].
-        latency: Delay of the adapter [s].
-    """
-
-    sent: int
-    received: int
-    answers: int
-    return_delay: float = 0.0
-    latency: float = 0.0
+    sent: int  # number of bytes sent
+    received: int  # number of bytes received
+    answers: int  # number of answers that wait for a return delay
+    return_delay: float = 0.0  # delay of each answer [s]
+    latency: float = 0.0  # delay of the adapter [s]
 
     def seconds(self, baudrate: int) -> float:
         """Duration [s] at a baud rate [bit/s]."""

@@ -24,17 +24,11 @@ NEWER = "3.10 on a CB3, 5.4 on an e-Series, or newer"
 
 @dataclass(frozen=True)
 class Session:
-    """An agreement with a controller.
+    """An agreement with a controller."""
 
-    Attributes:
-        version: Version of the controller.
-        outputs: Recipe of the data that it sends.
-        inputs: Recipe of the registers that it takes; None if the arm is only read.
-    """
-
-    version: str
-    outputs: Recipe
-    inputs: Recipe | None
+    version: str  # version of the controller
+    outputs: Recipe  # recipe of the data that it sends
+    inputs: Recipe | None  # recipe of the registers that it takes; None if the arm is only read
 
 
 def agree(link: RtdeLink, settings: UrSettings, registers: Registers, commanding: bool) -> Session:

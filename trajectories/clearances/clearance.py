@@ -14,21 +14,13 @@ RESOLUTION = 0.5e-3
 
 
 class Approach(NamedTuple):
-    """The nearest approach of a trajectory, between samples too.
+    """The nearest approach of a trajectory, between samples too."""
 
-    Attributes:
-        margin: Smallest margin found [m]; negative if it is not allowed.
-        time: Time of the nearest approach [s].
-        name: Name of the row.
-        bound: Proven lower bound of all margins at all times [m].
-        required_distance: Distance at a margin of 0 [m].
-    """
-
-    margin: float
-    time: float
-    name: str
-    bound: float
-    required_distance: float = 0.0
+    margin: float  # smallest margin found [m]; negative if it is not allowed
+    time: float  # time of the nearest approach [s]
+    name: str  # name of the row
+    bound: float  # proven lower bound of all margins at all times [m]
+    required_distance: float = 0.0  # distance at a margin of 0 [m]
 
     @property
     def distance(self) -> float:

@@ -25,18 +25,12 @@ BY_DESIGN = 0.025
 
 
 class ExcludedPair(NamedTuple):
-    """Two bodies whose distance is not checked.
+    """Two bodies whose distance is not checked."""
 
-    Attributes:
-        first: Name of a body: its link and a number.
-        second: Name of the other body.
-        reason: Reason for the exclusion.
-        near_share: Share of random positions in which they are near each other; NaN if not computed.
-    """
-
-    first: str
-    second: str
-    reason: str
+    first: str  # name of a body: its link and a number
+    second: str  # name of the other body
+    reason: str  # reason for the exclusion
+    # Share of random positions in which they are near each other; NaN if not computed.
     near_share: float = np.nan
 
 
@@ -143,18 +137,12 @@ class Collision(Clearance):
     """Distances between bodies of one arm, less the required distance.
 
     Meshes are replaced by their convex hulls, so bodies are never nearer than computed.
-
-    Attributes:
-        kinematics: Pinocchio model with n joints.
-        geometry: Bodies, and the m pairs that are checked.
-        required: Required distance of each pair [m].
-        excluded: Pairs that are not checked, and why.
     """
 
-    kinematics: pin.Model
-    geometry: pin.GeometryModel
-    required: float = REQUIRED
-    excluded: tuple[ExcludedPair, ...] = ()
+    kinematics: pin.Model  # Pinocchio model with n joints
+    geometry: pin.GeometryModel  # bodies, and the m pairs that are checked
+    required: float = REQUIRED  # required distance of each pair [m]
+    excluded: tuple[ExcludedPair, ...] = ()  # pairs that are not checked, and why
 
     @classmethod
     def of(

@@ -9,17 +9,11 @@ from exidyn.identification.arm.newton_euler import Joint
 
 
 class Poses(NamedTuple):
-    """Frames that the joints move, in the base frame.
+    """Frames that the joints move, in the base frame."""
 
-    Attributes:
-        rotation: Rotation of each frame, shape (t, n, 3, 3).
-        origin: Origin of each frame, shape (t, n, 3) [m].
-        axis: Direction of each revolute or prismatic joint axis, shape (t, n, 3).
-    """
-
-    rotation: np.ndarray
-    origin: np.ndarray
-    axis: np.ndarray
+    rotation: np.ndarray  # rotation of each frame, shape (t, n, 3, 3)
+    origin: np.ndarray  # origin of each frame, shape (t, n, 3) [m]
+    axis: np.ndarray  # direction of each revolute or prismatic joint axis, shape (t, n, 3)
 
 
 def joint_poses(joints: list[Joint], position: np.ndarray) -> Poses:
@@ -82,14 +76,10 @@ class Cover(NamedTuple):
     """Points whose convex hull contains a body, or the core of a body that is a core with a radius.
 
     The distance from a ball is that from its center less a constant, so its radius changes no bound.
-
-    Attributes:
-        body: Index of the joint that carries the body, -1 for the base.
-        points: Points in that joint's frame, shape (k, 3) [m].
     """
 
-    body: int
-    points: np.ndarray
+    body: int  # index of the joint that carries the body, -1 for the base
+    points: np.ndarray  # points in that joint's frame, shape (k, 3) [m]
 
 
 FAR = 1e6

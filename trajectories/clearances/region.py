@@ -20,17 +20,11 @@ FLANGE = "flange"
 
 
 class HalfSpace(NamedTuple):
-    """Points p of the base frame with normal . p <= offset.
+    """Points p of the base frame with normal . p <= offset."""
 
-    Attributes:
-        normal: Unit vector that points out of the allowed side, shape (3,).
-        offset: Offset of the wall from the base along the normal [m].
-        name: Name in messages.
-    """
-
-    normal: np.ndarray
-    offset: float
-    name: str
+    normal: np.ndarray  # unit vector that points out of the allowed side, shape (3,)
+    offset: float  # offset of the wall from the base along the normal [m]
+    name: str  # name in messages
 
     @classmethod
     def of(cls, normal: np.ndarray, offset: float) -> "HalfSpace":
@@ -70,23 +64,14 @@ def box(lower: np.ndarray, upper: np.ndarray) -> list[HalfSpace]:
 
 @dataclass(frozen=True, eq=False)
 class Region(Clearance):
-    """A ball around a point of the arm, and the walls behind which it must stay.
+    """A ball around a point of the arm, and the walls behind which it must stay."""
 
-    Attributes:
-        kinematics: Pinocchio model with n joints.
-        point: Name of the point.
-        body: Index of the joint that carries the point, -1 for the base.
-        place: Position of the point in that joint's frame, shape (3,) [m].
-        radius: Radius of the ball [m].
-        walls: Walls in the base frame, one for each row.
-    """
-
-    kinematics: pin.Model
-    point: str
-    body: int
-    place: np.ndarray
-    radius: float
-    walls: tuple[HalfSpace, ...]
+    kinematics: pin.Model  # Pinocchio model with n joints
+    point: str  # name of the point
+    body: int  # index of the joint that carries the point, -1 for the base
+    place: np.ndarray  # position of the point in that joint's frame, shape (3,) [m]
+    radius: float  # radius of the ball [m]
+    walls: tuple[HalfSpace, ...]  # walls in the base frame, one for each row
 
     @classmethod
     def of(

@@ -103,15 +103,10 @@ class Discriminate(Goal):
 
 @dataclass(frozen=True, eq=False)
 class Separate(Objective):
-    """Objective: minus the logarithm of the smallest separation, including that from earlier data.
+    """Objective: minus the logarithm of the smallest separation, including that from earlier data."""
 
-    Attributes:
-        goal: Goal with the hypotheses that the optimizer uses.
-        power: Exponent of the smooth minimum; infinite for the minimum itself.
-    """
-
-    goal: Discriminate
-    power: float = np.inf
+    goal: Discriminate  # goal with the hypotheses that the optimizer uses
+    power: float = np.inf  # exponent of the smooth minimum; infinite for the minimum itself
 
     def __call__(self, motion: Motion) -> tuple[float, Callable[[], MotionGradient]]:
         explanations = self.goal.explanations(motion)

@@ -90,25 +90,16 @@ class RemedyOffer(NamedTuple):
 
 
 class Distinction(NamedTuple):
-    """How well one pair of hypotheses can be distinguished.
+    """How well one pair of hypotheses can be distinguished."""
 
-    Attributes:
-        pair: Names of the hypotheses.
-        probability_before: Probability of choosing right from the data so far [-].
-        probability_after: Probability of choosing right with one more run of the motion [-].
-        runs: Number of runs, a power of two, that distinguish the pair; None if `MOST_RUNS` are not enough.
-        probability_hour: Upper bound of the probability after an hour of any motion [-].
-        possible: Whether an hour of some motion may be enough.
-        remedies: Remedies, the best first; empty if the motion distinguishes the pair.
-    """
-
-    pair: tuple[str, str]
-    probability_before: float
-    probability_after: float
+    pair: tuple[str, str]  # names of the hypotheses
+    probability_before: float  # probability of choosing right from the data so far [-]
+    probability_after: float  # probability of choosing right with one more run of the motion [-]
+    # Number of runs, a power of two, that distinguish the pair; None if `MOST_RUNS` are not enough.
     runs: int | None
-    probability_hour: float
-    possible: bool
-    remedies: tuple[RemedyOffer, ...]
+    probability_hour: float  # upper bound of the probability after an hour of any motion [-]
+    possible: bool  # whether an hour of some motion may be enough
+    remedies: tuple[RemedyOffer, ...]  # remedies, the best first; empty if the motion distinguishes the pair
 
 
 def distinguish(

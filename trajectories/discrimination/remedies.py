@@ -37,17 +37,12 @@ STIFFNESS_TOLERANCE = 0.3
 
 
 class Case(NamedTuple):
-    """Another run of the same motion.
+    """Another run of the same motion."""
 
-    Attributes:
-        name: Name of the change, to follow "with".
-        hypotheses: Hypotheses with the change; their first parameters are those of the unchanged hypotheses.
-        observation: Observation with the change.
-    """
-
-    name: str
+    name: str  # name of the change, to follow "with"
+    # Hypotheses with the change; their first parameters are those of the unchanged hypotheses.
     hypotheses: tuple[Hypothesis, ...]
-    observation: Observation
+    observation: Observation  # observation with the change
 
 
 Remedy = Callable[[Sequence[Hypothesis], Motion, Observation], Case]
@@ -111,13 +106,9 @@ def _behind_gears(hypothesis: Hypothesis) -> Hypothesis:
 
 @dataclass(frozen=True)
 class BehindGear(Effect):
-    """The part of an effect that a gear transmits: all of it, or nothing.
+    """The part of an effect that a gear transmits: all of it, or nothing."""
 
-    Attributes:
-        effect: The effect on the motor side.
-    """
-
-    effect: Effect
+    effect: Effect  # the effect on the motor side
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.effect.parameters(robot)

@@ -138,17 +138,11 @@ def separation_for(wanted: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """How precisely torque is observed in one run of a motion.
+    """How precisely torque is observed in one run of a motion."""
 
-    Attributes:
-        noise: Standard deviation of each drive's torque in an independent row, shape (n,) [N m].
-        rows: Number of independent rows of a run: duration times twice the bandwidth of the noise.
-        payloads: Payload in each run of the same motion; empty for none.
-    """
-
-    noise: np.ndarray
-    rows: float
-    payloads: Sequence[str] = ("",)
+    noise: np.ndarray  # standard deviation of each drive's torque in an independent row, shape (n,) [N m]
+    rows: float  # number of independent rows of a run: duration times twice the bandwidth of the noise
+    payloads: Sequence[str] = ("",)  # payload in each run of the same motion; empty for none
 
     def seen(self, hypothesis: Hypothesis, motion: Motion) -> "Seen":
         """Prediction of the hypothesis for all k runs."""
@@ -160,29 +154,18 @@ class Observation:
 
 
 class Seen(NamedTuple):
-    """Prediction in units of the noise.
+    """Prediction in units of the noise."""
 
-    Attributes:
-        columns: Regressor, shape (k t, n, p).
-        torque: Torque at the values of the hypothesis, shape (k t, n).
-    """
-
-    columns: np.ndarray
-    torque: np.ndarray
+    columns: np.ndarray  # regressor, shape (k t, n, p)
+    torque: np.ndarray  # torque at the values of the hypothesis, shape (k t, n)
 
 
 class Explanation(NamedTuple):
-    """How a hypothesis explains the torque of another.
+    """How a hypothesis explains the torque of another."""
 
-    Attributes:
-        separation: Remaining chi-squared.
-        residual: Residual torque in units of the noise, shape (k t, n).
-        hypothesis: The hypothesis with its values and precision after the run.
-    """
-
-    separation: float
-    residual: np.ndarray
-    hypothesis: Hypothesis
+    separation: float  # remaining chi-squared
+    residual: np.ndarray  # residual torque in units of the noise, shape (k t, n)
+    hypothesis: Hypothesis  # the hypothesis with its values and precision after the run
 
 
 def explain(rival: Hypothesis, seen: Seen, torque: np.ndarray, share: float | np.ndarray) -> Explanation:

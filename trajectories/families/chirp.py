@@ -32,30 +32,19 @@ BOUNDED = 6
 
 @dataclass(frozen=True, eq=False)
 class Chirp(Trajectory):
-    """A motion with a chirp on some of its joints.
+    """A motion with a chirp on some of its joints."""
 
-    Attributes:
-        base: Motion under the chirp.
-        joints: Joints with a chirp, counted from 0; k of them.
-        largest: Largest position, velocity, acceleration and jerk of each joint's chirp for a sine at any of
-            its frequencies, shape (k, 4) [rad, rad/s, rad/s^2, rad/s^3].
-        low: Frequency at the start [Hz].
-        high: Frequency at the end [Hz].
-        begin: Time at which the chirp begins [s].
-        length: Duration of the chirp [s].
-        fade: Duration of the fade-in and of the fade-out [s].
-        logarithmic: Whether the frequency doubles in equal times; otherwise it rises linearly.
-    """
-
-    base: Trajectory
-    joints: tuple[int, ...]
+    base: Trajectory  # motion under the chirp
+    joints: tuple[int, ...]  # joints with a chirp, counted from 0; k of them
+    # Largest position, velocity, acceleration and jerk of each joint's chirp for a sine at any of its
+    # frequencies, shape (k, 4) [rad, rad/s, rad/s^2, rad/s^3].
     largest: np.ndarray
-    low: float
-    high: float
-    begin: float
-    length: float
-    fade: float
-    logarithmic: bool = True
+    low: float  # frequency at the start [Hz]
+    high: float  # frequency at the end [Hz]
+    begin: float  # time at which the chirp begins [s]
+    length: float  # duration of the chirp [s]
+    fade: float  # duration of the fade-in and of the fade-out [s]
+    logarithmic: bool = True  # whether the frequency doubles in equal times; otherwise it rises linearly
 
     def __post_init__(self) -> None:
         count = len(self.joints)

@@ -16,21 +16,13 @@ of the extrema degenerate."""
 
 @dataclass(frozen=True, eq=False)
 class Fourier(Trajectory):
-    r"""Position :math:`c + \sum_k s_k \sin(k \omega t) + c_k \cos(k \omega t)` with :math:`\omega = 2\pi/T`.
+    r"""Position :math:`c + \sum_k s_k \sin(k \omega t) + c_k \cos(k \omega t)`, :math:`\omega = 2\pi/T`."""
 
-    Attributes:
-        period: Base period T [s].
-        centre: Center c, shape (n,) [rad].
-        sine: Sine coefficients, shape (n, harmonics) [rad].
-        cosine: Cosine coefficients, shape (n, harmonics) [rad].
-        periods: Number of periods.
-    """
-
-    period: float
-    centre: np.ndarray
-    sine: np.ndarray
-    cosine: np.ndarray
-    periods: int = 1
+    period: float  # base period T [s]
+    centre: np.ndarray  # center c, shape (n,) [rad]
+    sine: np.ndarray  # sine coefficients, shape (n, harmonics) [rad]
+    cosine: np.ndarray  # cosine coefficients, shape (n, harmonics) [rad]
+    periods: int = 1  # number of periods
 
     def __post_init__(self) -> None:
         if not (SHORTEST <= self.period < np.inf and self.periods >= 1):

@@ -10,23 +10,14 @@ from ..trajectory import Extremes, Range, State, States, Trajectory, lowest_and_
 
 @dataclass(frozen=True, eq=False)
 class Phases(Trajectory):
-    """A motion of k pieces of constant jerk.
+    """A motion of k pieces of constant jerk."""
 
-    Attributes:
-        start: Time at which each piece begins, the first at zero, shape (k,) [s].
-        end: Time at which the last piece ends [s].
-        position: Position at the start of each piece, shape (k, n) [rad].
-        velocity: Velocity at the start of each piece, shape (k, n) [rad/s].
-        acceleration: Acceleration at the start of each piece, shape (k, n) [rad/s^2].
-        jerk: Jerk during each piece, shape (k, n) [rad/s^3].
-    """
-
-    start: np.ndarray
-    end: float
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    jerk: np.ndarray
+    start: np.ndarray  # time at which each piece begins, the first at zero, shape (k,) [s]
+    end: float  # time at which the last piece ends [s]
+    position: np.ndarray  # position at the start of each piece, shape (k, n) [rad]
+    velocity: np.ndarray  # velocity at the start of each piece, shape (k, n) [rad/s]
+    acceleration: np.ndarray  # acceleration at the start of each piece, shape (k, n) [rad/s^2]
+    jerk: np.ndarray  # jerk during each piece, shape (k, n) [rad/s^3]
 
     def __post_init__(self) -> None:
         states = (self.position, self.velocity, self.acceleration, self.jerk)

@@ -14,13 +14,9 @@ a hundredth of the resolution of a 16 bit encoder, a hundred times the error of 
 
 @dataclass(frozen=True, eq=False)
 class Sequence(Trajectory):
-    """Motions one after another, each of which begins as the one before it ends.
+    """Motions one after another, each of which begins as the one before it ends."""
 
-    Attributes:
-        parts: Motions in order, at least one.
-    """
-
-    parts: tuple[Trajectory, ...]
+    parts: tuple[Trajectory, ...]  # motions in order, at least one
 
     def __post_init__(self) -> None:
         if not self.parts or len({part.dof for part in self.parts}) != 1:
@@ -72,15 +68,10 @@ def _require_join(number: int, before: State, after: State) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Slowed(Trajectory):
-    """A motion through the same positions in more time.
+    """A motion through the same positions in more time."""
 
-    Attributes:
-        full: Motion at full speed.
-        speed: Share of the full speed, above 0 and up to 1 [-].
-    """
-
-    full: Trajectory
-    speed: float
+    full: Trajectory  # motion at full speed
+    speed: float  # share of the full speed, above 0 and up to 1 [-]
 
     def __post_init__(self) -> None:
         if not 0.0 < self.speed <= 1.0:

@@ -60,15 +60,10 @@ SPACING = 0.01
 
 @dataclass(frozen=True)
 class AnyPayload:
-    """All payloads that a motion must allow.
+    """All payloads that a motion must allow."""
 
-    Attributes:
-        mass: Largest mass [kg].
-        reach: Largest distance of the center of mass from the flange [m].
-    """
-
-    mass: float
-    reach: float
+    mass: float  # largest mass [kg]
+    reach: float  # largest distance of the center of mass from the flange [m]
 
     def __post_init__(self) -> None:
         for name, value, unit in (("mass", self.mass, "kg"), ("reach", self.reach, "m")):

@@ -21,17 +21,11 @@ proven clearance is 1.3 cm less than the true one."""
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """What a motion keeps to.
+    """What a motion keeps to."""
 
-    Attributes:
-        limits: Limits, finite except for torque.
-        tick: Sampling period of the controller [s].
-        clearances: Clearances to keep.
-    """
-
-    limits: Limits
-    tick: float
-    clearances: Collection[Clearance] = ()
+    limits: Limits  # limits, finite except for torque
+    tick: float  # sampling period of the controller [s]
+    clearances: Collection[Clearance] = ()  # clearances to keep
 
     def pause(self, pose: np.ndarray, duration: float) -> Phases:
         """Rest at a pose, shape (n,) [rad], for a duration [s] rounded up to a sampling period."""

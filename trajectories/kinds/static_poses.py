@@ -33,17 +33,11 @@ DETOURS = 4
 
 
 class PoseRun(NamedTuple):
-    """A motion from pose to pose that reaches k poses.
+    """A motion from pose to pose that reaches k poses."""
 
-    Attributes:
-        trajectory: Motion that begins and ends at rest at the same pose.
-        poses: Poses in the order of the visits, shape (k, n) [rad].
-        notes: A sentence for each pose that was left out, and for each detour.
-    """
-
-    trajectory: Sequence
-    poses: np.ndarray
-    notes: tuple[str, ...]
+    trajectory: Sequence  # motion that begins and ends at rest at the same pose
+    poses: np.ndarray  # poses in the order of the visits, shape (k, n) [rad]
+    notes: tuple[str, ...]  # a sentence for each pose that was left out, and for each detour
 
 
 def static_poses(

@@ -57,21 +57,13 @@ def constant_velocity_sweeps(
 
 
 class _Pass(NamedTuple):
-    """One pass of a sweep: speed up, cruise, slow down, each in whole sampling periods.
+    """One pass of a sweep: speed up, cruise, slow down, each in whole sampling periods."""
 
-    Attributes:
-        begin: Position of the joint at rest before the forward pass [rad].
-        velocity: Velocity of the cruise, above zero [rad/s].
-        build_up: Time in which the acceleration rises or falls [s].
-        hold: Time for which the acceleration is held [s].
-        cruise: Duration of the cruise [s].
-    """
-
-    begin: float
-    velocity: float
-    build_up: float
-    hold: float
-    cruise: float
+    begin: float  # position of the joint at rest before the forward pass [rad]
+    velocity: float  # velocity of the cruise, above zero [rad/s]
+    build_up: float  # time in which the acceleration rises or falls [s]
+    hold: float  # time for which the acceleration is held [s]
+    cruise: float  # duration of the cruise [s]
 
     @property
     def travel(self) -> float:

@@ -23,15 +23,10 @@ from .usable_limits import require_jerk
 
 
 class Reach(NamedTuple):
-    """Displacements during a stop, relative to the position at which it begins.
+    """Displacements during a stop, relative to the position at which it begins."""
 
-    Attributes:
-        lower: Most negative displacement, zero or below, shape (t, n) [rad].
-        upper: Most positive displacement, zero or above, shape (t, n) [rad].
-    """
-
-    lower: np.ndarray
-    upper: np.ndarray
+    lower: np.ndarray  # most negative displacement, zero or below, shape (t, n) [rad]
+    upper: np.ndarray  # most positive displacement, zero or above, shape (t, n) [rad]
 
 
 def stopping_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) -> Reach:

@@ -77,21 +77,13 @@ VIOLATED = (*UNITS, "stop", "torque")
 
 
 class Violation(NamedTuple):
-    """The worst violation of one limit of one joint.
+    """The worst violation of one limit of one joint."""
 
-    Attributes:
-        kind: One of `VIOLATED`, or `not finite` if a state or torque is NaN or infinite.
-        joint: Index of the joint, from 0.
-        time: Time of the violation; for a stop, the time at which it begins [s].
-        value: Value that is reached, in SI units.
-        limit: Allowed value, with its sign; NaN for `not finite`.
-    """
-
-    kind: str
-    joint: int
-    time: float
-    value: float
-    limit: float
+    kind: str  # one of `VIOLATED`, or `not finite` if a state or torque is NaN or infinite
+    joint: int  # index of the joint, from 0
+    time: float  # time of the violation; for a stop, the time at which it begins [s]
+    value: float  # value that is reached, in SI units
+    limit: float  # allowed value, with its sign; NaN for `not finite`
 
     def sentence(self, joints: Sequence[str], sliding: Collection[int] = ()) -> str:
         """The violation as a sentence; `sliding` are the prismatic joints."""

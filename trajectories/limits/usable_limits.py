@@ -19,23 +19,14 @@ BUILD_UP = 0.1
 
 @dataclass(frozen=True)
 class Margins:
-    """Safety margins to each limit of the robot; limits that are assumed have no margin.
+    """Safety margins to each limit of the robot; limits that are assumed have no margin."""
 
-    Attributes:
-        position: Margin at both ends of a revolute joint [rad].
-        slide: Margin at both ends of a prismatic joint [m].
-        velocity: Share of the limit [-].
-        acceleration: Share of the limit [-].
-        jerk: Share of the limit [-].
-        torque: Share of the limit [-].
-    """
-
-    position: float = 0.05
-    slide: float = 0.01
-    velocity: float = 0.05
-    acceleration: float = 0.05
-    jerk: float = 0.05
-    torque: float = 0.05
+    position: float = 0.05  # margin at both ends of a revolute joint [rad]
+    slide: float = 0.01  # margin at both ends of a prismatic joint [m]
+    velocity: float = 0.05  # share of the limit [-]
+    acceleration: float = 0.05  # share of the limit [-]
+    jerk: float = 0.05  # share of the limit [-]
+    torque: float = 0.05  # share of the limit [-]
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -46,15 +37,10 @@ class Margins:
 
 
 class UsableLimits(NamedTuple):
-    """Limits to plan within.
+    """Limits to plan within."""
 
-    Attributes:
-        limits: Limits less margins; all except torque are finite.
-        assumed: A sentence for each kind of limit that had to be assumed.
-    """
-
-    limits: Limits
-    assumed: tuple[str, ...]
+    limits: Limits  # limits less margins; all except torque are finite
+    assumed: tuple[str, ...]  # a sentence for each kind of limit that had to be assumed
 
 
 def usable(

@@ -27,45 +27,32 @@ BANDWIDTH = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Wishes:
-    """Planning options of a trajectory.
+    """Planning options of a trajectory."""
 
-    Attributes:
-        criterion: A name in `CRITERIA`; None for the default: the drive gains if there are payloads, the
-            worst relative standard deviation after a fit, else the condition number.
-        harmonics: Number of harmonics of each joint.
-        period: Base period [s]; several are tried by default.
-        seconds: Duration of the exciting part, rounded up to full periods [s].
-        series: Number of trajectories that are planned together.
-        margins: Safety margins to the limits.
-        window: Window of the controller's corrections around the start pose, as in `usable`.
-        start: Pose at which the run begins and ends, shape (n,) [rad]; chosen by default.
-        tick: Sampling period of the controller [s].
-        rest: Rest at both ends, which records the noise of the still arm [s].
-        clearances: Collisions and regions.
-        shapes: Keys of effects whose shapes are unknown.
-        bodies: Known parameters of the payload of each further run of the motion; empty for a single run.
-        fit: Fit of earlier runs.
-        focus: Names, or beginnings of names, of the base parameters to optimize, regardless of the criterion;
-            "gain" means the drive gains.
-        sure: Share of arms that priors or fit allow and that must keep to the torque limits; 0 for the
-            nominal model alone.
-    """
-
+    # A name in `CRITERIA`; None for the default: the drive gains if there are payloads, the worst relative
+    # standard deviation after a fit, else the condition number.
     criterion: str | None = None
-    harmonics: int = Setting.harmonics
-    period: float | None = None
-    seconds: float = 40.0
-    series: int = 1
-    margins: Margins = field(default_factory=Margins)
+    harmonics: int = Setting.harmonics  # number of harmonics of each joint
+    period: float | None = None  # base period [s]; several are tried by default
+    seconds: float = 40.0  # duration of the exciting part, rounded up to full periods [s]
+    series: int = 1  # number of trajectories that are planned together
+    margins: Margins = field(default_factory=Margins)  # safety margins to the limits
+    # Window of the controller's corrections around the start pose, as in `usable`.
     window: np.ndarray | None = None
+    # Pose at which the run begins and ends, shape (n,) [rad]; chosen by default.
     start: np.ndarray | None = None
-    tick: float = 0.002
-    rest: float = 1.0
-    clearances: Sequence[Clearance] = ()
-    shapes: Sequence[str] = ()
+    tick: float = 0.002  # sampling period of the controller [s]
+    rest: float = 1.0  # rest at both ends, which records the noise of the still arm [s]
+    clearances: Sequence[Clearance] = ()  # collisions and regions
+    shapes: Sequence[str] = ()  # keys of effects whose shapes are unknown
+    # Known parameters of the payload of each further run of the motion; empty for a single run.
     bodies: Sequence[tuple[tuple[str, float], ...]] = ()
-    fit: Fit | None = None
+    fit: Fit | None = None  # fit of earlier runs
+    # Names, or beginnings of names, of the base parameters to optimize, regardless of the criterion; "gain"
+    # means the drive gains.
     focus: Sequence[str] = ()
+    # Share of arms that priors or fit allow and that must keep to the torque limits; 0 for the nominal model
+    # alone.
     sure: float = 0.95
 
     def __post_init__(self) -> None:

@@ -28,19 +28,12 @@ MOST = 2e6
 
 
 class Use(NamedTuple):
-    """One quantity of all joints and its limits, which are infinite if unknown.
+    """One quantity of all joints and its limits, which are infinite if unknown."""
 
-    Attributes:
-        name: "position", "velocity", "acceleration", "jerk" or "torque".
-        reached: Smallest and largest value and when, each of shape (n,).
-        lower: Lower limits, shape (n,).
-        upper: Upper limits, shape (n,).
-    """
-
-    name: str
-    reached: Range
-    lower: np.ndarray
-    upper: np.ndarray
+    name: str  # "position", "velocity", "acceleration", "jerk" or "torque"
+    reached: Range  # smallest and largest value and when, each of shape (n,)
+    lower: np.ndarray  # lower limits, shape (n,)
+    upper: np.ndarray  # upper limits, shape (n,)
 
     def shares(self, values: np.ndarray) -> np.ndarray:
         """Values relative to the limits, -1 at the lower and 1 at the upper, NaN if unknown; (..., n) [-].
@@ -85,17 +78,11 @@ UNLOADED = "unloaded"
 
 
 class Curve(NamedTuple):
-    """One quantity of all joints over time.
+    """One quantity of all joints over time."""
 
-    Attributes:
-        time: Sample times, shape (t,) [s].
-        runs: Name and values of each run, shape (t, n).
-        use: Use of the limits by all runs, between samples too.
-    """
-
-    time: np.ndarray
-    runs: tuple[tuple[str, np.ndarray], ...]
-    use: Use
+    time: np.ndarray  # sample times, shape (t,) [s]
+    runs: tuple[tuple[str, np.ndarray], ...]  # name and values of each run, shape (t, n)
+    use: Use  # use of the limits by all runs, between samples too
 
 
 Torque = Curve

@@ -128,15 +128,10 @@ def _used(use: Use, joint: int, top: float) -> str:
 
 
 class Around(NamedTuple):
-    """The surroundings of a motion.
+    """The surroundings of a motion."""
 
-    Attributes:
-        space: Surroundings to draw.
-        nearest: Nearest approaches in words; empty if collisions were not checked.
-    """
-
-    space: Space
-    nearest: str
+    space: Space  # surroundings to draw
+    nearest: str  # nearest approaches in words; empty if collisions were not checked
 
 
 NEAR = 0.9

@@ -29,17 +29,12 @@ ROUND = 48
 
 
 class Space(NamedTuple):
-    """The path of a motion and its surroundings.
+    """The path of a motion and its surroundings."""
 
-    Attributes:
-        path: Path of the flange in the base frame, shape (t, 3) [m].
-        solids: Name and points in the base frame, shape (k, 3) [m], of each bounded obstacle.
-        walls: Walls of planes and regions.
-    """
-
-    path: np.ndarray
+    path: np.ndarray  # path of the flange in the base frame, shape (t, 3) [m]
+    # Name and points in the base frame, shape (k, 3) [m], of each bounded obstacle.
     solids: tuple[tuple[str, np.ndarray], ...]
-    walls: tuple[HalfSpace, ...]
+    walls: tuple[HalfSpace, ...]  # walls of planes and regions
 
 
 def space_of(

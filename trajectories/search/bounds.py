@@ -45,19 +45,12 @@ class Bound(ABC):
 
 @dataclass(frozen=True, eq=False)
 class RateBound(Bound):
-    """Velocity, acceleration or jerk within its limits.
+    """Velocity, acceleration or jerk within its limits."""
 
-    Attributes:
-        order: 1 for velocity, 2 for acceleration, 3 for jerk.
-        lower: Lower limits, below zero, shape (n,).
-        upper: Upper limits, above zero, shape (n,).
-        joints: Joints to which the bound applies, shape (k,).
-    """
-
-    order: int
-    lower: np.ndarray
-    upper: np.ndarray
-    joints: np.ndarray
+    order: int  # 1 for velocity, 2 for acceleration, 3 for jerk
+    lower: np.ndarray  # lower limits, below zero, shape (n,)
+    upper: np.ndarray  # upper limits, above zero, shape (n,)
+    joints: np.ndarray  # joints to which the bound applies, shape (k,)
 
     def margins(self, states: States) -> BoundMargins:
         value = (states.velocity, states.acceleration, states.jerk)[self.order - 1][:, self.joints]
@@ -74,13 +67,9 @@ class RateBound(Bound):
 
 @dataclass(frozen=True, eq=False)
 class StopBound(Bound):
-    """Position, and the extreme positions of a stop that begins now, within the position limits.
+    """Position, and the extreme positions of a stop that begins now, within the position limits."""
 
-    Attributes:
-        limits: Limits of all kinds; the stop uses those of acceleration and jerk.
-    """
-
-    limits: Limits
+    limits: Limits  # limits of all kinds; the stop uses those of acceleration and jerk
 
     def margins(self, states: States) -> BoundMargins:
         lower, upper = self.limits.position_lower, self.limits.position_upper

@@ -74,13 +74,9 @@ def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tup
 
 @dataclass(frozen=True)
 class Focus:
-    """Like `volume`, but for some parameters only (D_s); the others are unknown, but need no precision.
+    """Like `volume`, but for some parameters only (D_s); the others are unknown, but need no precision."""
 
-    Attributes:
-        columns: Indices of the selected base parameters.
-    """
-
-    columns: tuple[int, ...]
+    columns: tuple[int, ...]  # indices of the selected base parameters
 
     def __call__(self, information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
         """Value and derivative by the information matrix."""

@@ -32,20 +32,13 @@ class Experiment:
 
     Rows are motor torques times gear ratio, as in `identify.equations`: for a coupled wrist they mix the
     joint torques.
-
-    Attributes:
-        model: Robot and effects.
-        base: Base parameters of the model over all runs.
-        payloads: Payload in each run of the same motion; empty for none.
-        noise: Standard deviation of each drive's torque, shape (n,) [N m].
-        known: Information on the base parameters from earlier runs or priors, shape (b, b).
     """
 
-    model: Model
-    base: BaseParameters
-    payloads: tuple[str, ...]
-    noise: np.ndarray
-    known: np.ndarray
+    model: Model  # robot and effects
+    base: BaseParameters  # base parameters of the model over all runs
+    payloads: tuple[str, ...]  # payload in each run of the same motion; empty for none
+    noise: np.ndarray  # standard deviation of each drive's torque, shape (n,) [N m]
+    known: np.ndarray  # information on the base parameters from earlier runs or priors, shape (b, b)
 
     @classmethod
     def of(

@@ -40,18 +40,12 @@ class Objective(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Informative(Objective):
-    """Objective: a criterion of the information from an experiment.
+    """Objective: a criterion of the information from an experiment."""
 
-    Attributes:
-        experiment: Unknowns and runs.
-        criterion: Criterion of the information.
-        size: Size of each base parameter, shape (b,).
-        rows: Number of independent rows of the run; it matters only relative to earlier information.
-    """
-
-    experiment: Experiment
-    criterion: Criterion
-    size: np.ndarray
+    experiment: Experiment  # unknowns and runs
+    criterion: Criterion  # criterion of the information
+    size: np.ndarray  # size of each base parameter, shape (b,)
+    # Number of independent rows of the run; it matters only relative to earlier information.
     rows: float = 1.0
 
     @property
@@ -119,20 +113,14 @@ class Goal(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Identify(Goal):
-    """The goal to identify a model's unknowns.
+    """The goal to identify a model's unknowns."""
 
-    Attributes:
-        experiment: Unknowns and runs.
-        criterion: Criterion to minimize.
-        rows: Number of independent rows of a run, which matters relative to earlier information.
-        nominal: Model whose torque must keep to the limits; that of the experiment by default.
-        loads: Payload in each run whose torque must keep to them; those of the experiment by default.
-    """
-
-    experiment: Experiment
-    criterion: Criterion = condition
-    rows: float = 1.0
+    experiment: Experiment  # unknowns and runs
+    criterion: Criterion = condition  # criterion to minimize
+    rows: float = 1.0  # number of independent rows of a run, which matters relative to earlier information
+    # Model whose torque must keep to the limits; that of the experiment by default.
     nominal: Model | None = None
+    # Payload in each run whose torque must keep to them; those of the experiment by default.
     loads: Sequence[str] = ()
 
     @property

@@ -22,19 +22,12 @@ from .goals import Objective
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Samples of `series` Fourier series of one period.
+    """Samples of `series` Fourier series of one period."""
 
-    Attributes:
-        period: Base period [s].
-        harmonics: Number of harmonics.
-        samples: Number of evenly spaced samples of each series in a period.
-        series: Number of trajectories that are planned together.
-    """
-
-    period: float
-    harmonics: int
-    samples: int
-    series: int = 1
+    period: float  # base period [s]
+    harmonics: int  # number of harmonics
+    samples: int  # number of evenly spaced samples of each series in a period
+    series: int = 1  # number of trajectories that are planned together
 
     @property
     def rows(self) -> int:
@@ -86,21 +79,14 @@ class Basis:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """An objective under bounds over a basis.
+    """An objective under bounds over a basis."""
 
-    Attributes:
-        basis: Basis of the coefficients, sampled for the objective.
-        objectives: Objectives to minimize in turn, each from the result of the previous one; smooth ones
-            first.
-        bounds: Bounds to keep.
-        stride: Spacing of the samples at which bounds are checked.
-        scale: Size of each coefficient, shape (k, n), or of each joint's coefficients, shape (n,) [rad].
-    """
-
-    basis: Basis
+    basis: Basis  # basis of the coefficients, sampled for the objective
+    # Objectives to minimize in turn, each from the result of the previous one; smooth ones first.
     objectives: Sequence[Objective]
-    bounds: Sequence[Bound]
-    stride: int
+    bounds: Sequence[Bound]  # bounds to keep
+    stride: int  # spacing of the samples at which bounds are checked
+    # Size of each coefficient, shape (k, n), or of each joint's coefficients, shape (n,) [rad].
     scale: np.ndarray
 
     def coefficients(self, unknowns: np.ndarray) -> np.ndarray:

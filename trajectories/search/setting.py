@@ -12,39 +12,24 @@ from .torque_spread import TorqueSpread
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """Constraints and shape of the trajectories to search.
+    """Constraints and shape of the trajectories to search."""
 
-    Attributes:
-        limits: Limits, finite for position, velocity, acceleration and jerk.
-        harmonics: Number of harmonics.
-        periods: Base periods that the starts take in turn [s].
-        clearances: Collisions and regions.
-        series: Number of trajectories that are planned together.
-        tick: Sampling period of the controller [s]; a base period is a multiple of it.
-    """
-
-    limits: Limits
-    harmonics: int = 12
-    periods: tuple[float, ...] = (10.0,)
-    clearances: Sequence[Clearance] = ()
-    series: int = 1
-    tick: float = 0.002
+    limits: Limits  # limits, finite for position, velocity, acceleration and jerk
+    harmonics: int = 12  # number of harmonics
+    periods: tuple[float, ...] = (10.0,)  # base periods that the starts take in turn [s]
+    clearances: Sequence[Clearance] = ()  # collisions and regions
+    series: int = 1  # number of trajectories that are planned together
+    tick: float = 0.002  # sampling period of the controller [s]; a base period is a multiple of it
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """Result of one start, after the exact check.
+    """Result of one start, after the exact check."""
 
-    Attributes:
-        series: The trajectories.
-        value: Value of the goal, at samples `delivery.FINE` apart.
-        seed: Seed of this start.
-        history: Time [s] and value of each deliverable intermediate result.
-        spread: Uncertainty of the torque, with the factor by which the series keep to the limits.
-    """
-
-    series: tuple[Fourier, ...]
-    value: float
-    seed: int
+    series: tuple[Fourier, ...]  # the trajectories
+    value: float  # value of the goal, at samples `delivery.FINE` apart
+    seed: int  # seed of this start
+    # Time [s] and value of each deliverable intermediate result.
     history: list[tuple[float, float]] = field(default_factory=list)
+    # Uncertainty of the torque, with the factor by which the series keep to the limits.
     spread: TorqueSpread | None = None

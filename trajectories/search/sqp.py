@@ -61,23 +61,14 @@ class Function:
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An iterate.
+    """An iterate."""
 
-    Attributes:
-        at: Variables, shape (n,).
-        value: Value of the function.
-        gradient: Gradient of the function, shape (n,).
-        margin: Margins of all bounds, at least zero where allowed, shape (r,).
-        rows: Indices of the near bounds, shape (m,).
-        slopes: Gradients of the margins of near bounds, shape (m, n).
-    """
-
-    at: np.ndarray
-    value: float
-    gradient: np.ndarray
-    margin: np.ndarray
-    rows: np.ndarray
-    slopes: np.ndarray
+    at: np.ndarray  # variables, shape (n,)
+    value: float  # value of the function
+    gradient: np.ndarray  # gradient of the function, shape (n,)
+    margin: np.ndarray  # margins of all bounds, at least zero where allowed, shape (r,)
+    rows: np.ndarray  # indices of the near bounds, shape (m,)
+    slopes: np.ndarray  # gradients of the margins of near bounds, shape (m, n)
 
     @classmethod
     def of(cls, function: Function, margins: Function, at: np.ndarray) -> "Point":
@@ -93,19 +84,12 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Step that minimizes the quadratic model.
+    """Step that minimizes the quadratic model."""
 
-    Attributes:
-        change: Change of the variables, shape (n,).
-        multipliers: Multipliers of all bounds, shape (r,).
-        penalty: Penalty on the worst violation.
-        fall: Predicted decrease of the value plus penalty.
-    """
-
-    change: np.ndarray
-    multipliers: np.ndarray
-    penalty: float
-    fall: float
+    change: np.ndarray  # change of the variables, shape (n,)
+    multipliers: np.ndarray  # multipliers of all bounds, shape (r,)
+    penalty: float  # penalty on the worst violation
+    fall: float  # predicted decrease of the value plus penalty
 
 
 def minimize(

@@ -27,17 +27,12 @@ class TorqueBound(Bound):
 
     Limits apply to joint torques, as in URDF and data sheets; torques of the drives of a coupled wrist, which
     mix joint torques, are not checked. The band uses the nominal gear loads.
-
-    Attributes:
-        model: Robot and effects with their priors.
-        limit: Torque limits, shape (n,) [N m]; infinite for none.
-        payloads: Payload in each run of the same motion.
-        spread: Uncertainty of the model's parameters; None for the nominal torque alone.
     """
 
-    model: Model
-    limit: np.ndarray
-    payloads: Sequence[str] = ("",)
+    model: Model  # robot and effects with their priors
+    limit: np.ndarray  # torque limits, shape (n,) [N m]; infinite for none
+    payloads: Sequence[str] = ("",)  # payload in each run of the same motion
+    # Uncertainty of the model's parameters; None for the nominal torque alone.
     spread: TorqueSpread | None = None
 
     def torque(self, states: States, payload: str) -> np.ndarray:

@@ -25,22 +25,15 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class TorqueSpread:
-    """Uncertainty of an arm's parameters, and the torque band for which limits must leave room.
+    """Uncertainty of an arm's parameters, and the torque band for which limits must leave room."""
 
-    Attributes:
-        root: Square root L of the covariance of the model's parameters, shape (p, r); zero rows for
-            parameters that count as exact.
-        residual: Standard deviation of torque that no parameter explains, shape (n,) [N m].
-        share: Share of the arms whose torque the band contains at all times [-].
-        factor: Half the width of the band in standard deviations [-].
-        widest: Factor with which the band contains the entire torque of that share.
-    """
-
+    # Square root L of the covariance of the model's parameters, shape (p, r); zero rows for parameters that
+    # count as exact.
     root: np.ndarray
-    residual: np.ndarray
-    share: float
-    factor: float = np.nan
-    widest: float = np.nan
+    residual: np.ndarray  # standard deviation of torque that no parameter explains, shape (n,) [N m]
+    share: float  # share of the arms whose torque the band contains at all times [-]
+    factor: float = np.nan  # half the width of the band in standard deviations [-]
+    widest: float = np.nan  # factor with which the band contains the entire torque of that share
 
     def band(self, columns: np.ndarray) -> np.ndarray:
         """Half the width of the band for a regressor of shape (t, n, p), shape (t, n) [N m]."""

@@ -65,12 +65,9 @@ class DriveGains(Effect):
 
     In the equations, gain * current = regressor @ values + known torque, the column of a gain is the torque.
     Only a run with a known payload distinguishes it from a common scaling of all parameters.
-
-    Attributes:
-        model: Model of the nominal torque of the drives.
     """
 
-    model: Model
+    model: Model  # model of the nominal torque of the drives
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return [Parameter(f"gain{joint + 1}", "1", regroup=2) for joint in range(robot.dof)]
@@ -98,17 +95,11 @@ class DriveGains(Effect):
 
 @dataclass(frozen=True, eq=False)
 class ShapesOf(Effect):
-    """Shapes of an effect (for example a Stribeck velocity) as unknowns, near their nominal values.
+    """Shapes of an effect (for example a Stribeck velocity) as unknowns, near their nominal values."""
 
-    Attributes:
-        effect: Effect with the shapes.
-        values: Nominal values of the effect's parameters, shape (p,).
-        label: Suffix that makes parameter names unique.
-    """
-
-    effect: Effect
-    values: np.ndarray
-    label: str
+    effect: Effect  # effect with the shapes
+    values: np.ndarray  # nominal values of the effect's parameters, shape (p,)
+    label: str  # suffix that makes parameter names unique
 
     @property
     def needs_load(self) -> bool:  # type: ignore[override]

@@ -69,15 +69,10 @@ BRAKING_FACTOR = 2.0
 
 
 class Rule(NamedTuple):
-    """Response to a sign.
+    """Response to a sign."""
 
-    Attributes:
-        seconds: Duration for which the sign must be seen without interruption [s].
-        level: Stop that is then requested from the driver.
-    """
-
-    seconds: float
-    level: StopLevel
+    seconds: float  # duration for which the sign must be seen without interruption [s]
+    level: StopLevel  # stop that is then requested from the driver
 
 
 RULES = {
@@ -118,21 +113,13 @@ def sign_limits(watch: WatchLimits) -> dict[Sign, float]:
 
 
 class Sight(NamedTuple):
-    """An observed sign.
+    """An observed sign."""
 
-    Attributes:
-        joint: Name of the joint that has shown the sign for longest.
-        value: Measured value, in `unit`.
-        limit: Limit that the value exceeds, in `unit`.
-        seconds: Duration without interruption [s].
-        unit: Unit of value and limit.
-    """
-
-    joint: str
-    value: float
-    limit: float
-    seconds: float
-    unit: str = "rad"
+    joint: str  # name of the joint that has shown the sign for longest
+    value: float  # measured value, in `unit`
+    limit: float  # limit that the value exceeds, in `unit`
+    seconds: float  # duration without interruption [s]
+    unit: str = "rad"  # unit of value and limit
 
 
 def state_of(level: int, stage: int) -> State:

@@ -34,22 +34,15 @@ def drive_fault(history: History) -> Stop | None:
 
 
 class JointRule(NamedTuple):
-    """A quantity that causes a controlled stop if it exceeds its limit on a joint for too long.
+    """A quantity that causes a controlled stop if it exceeds its limit on a joint for too long."""
 
-    Attributes:
-        kind: Name of the quantity, and kind of the stop.
-        signal: Function that returns the quantity, shape (n,); NaN where unknown.
-        limit: Limit of each joint, shape (n,); infinite to disable the check.
-        seconds: Duration beyond the limit that stops the arm [s], the same at every sampling rate.
-        unit: Unit of value and limit on revolute joints.
-        gaps: Whether the time between readings counts, for quantities that are not read in every cycle.
-    """
-
-    kind: str
+    kind: str  # name of the quantity, and kind of the stop
+    # Function that returns the quantity, shape (n,); NaN where unknown.
     signal: Callable[[History], np.ndarray]
-    limit: np.ndarray
-    seconds: float
-    unit: str
+    limit: np.ndarray  # limit of each joint, shape (n,); infinite to disable the check
+    seconds: float  # duration beyond the limit that stops the arm [s], the same at every sampling rate
+    unit: str  # unit of value and limit on revolute joints
+    # Whether the time between readings counts, for quantities that are not read in every cycle.
     gaps: bool = False
 
 

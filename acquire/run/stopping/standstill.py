@@ -10,22 +10,15 @@ EMERGENCY = "PRESS THE EMERGENCY STOP"
 
 @dataclass(frozen=True)
 class Standstill:
-    """Whether the arm stands.
+    """Whether the arm stands."""
 
-    Attributes:
-        moving: Whether the arm still moves; None if unknown.
-        text: Sentence with joint, speed and what to do.
-        joint: Name of the fastest joint, or of the joint furthest from its last command; empty for none.
-        speed: Speed of the fastest joint, in `unit`; NaN where unknown.
-        unit: "rad/s" or "m/s".
-        away: Distance of that joint from its last command [rad] or [m], if it exceeds the limit; else NaN.
-    """
-
-    moving: bool | None
-    text: str
+    moving: bool | None  # whether the arm still moves; None if unknown
+    text: str  # sentence with joint, speed and what to do
+    # Name of the fastest joint, or of the joint furthest from its last command; empty for none.
     joint: str = ""
-    speed: float = float("nan")
-    unit: str = ""
+    speed: float = float("nan")  # speed of the fastest joint, in `unit`; NaN where unknown
+    unit: str = ""  # "rad/s" or "m/s"
+    # Distance of that joint from its last command [rad] or [m], if it exceeds the limit; else NaN.
     away: float = float("nan")
 
     @property

@@ -19,25 +19,15 @@ BRAKING = ("SIGINT", "SIGTERM", "SIGHUP")
 
 @dataclass(frozen=True)
 class Stop:
-    """A reason to stop.
+    """A reason to stop."""
 
-    Attributes:
-        level: How hard to stop.
-        kind: Kind of stop: the monitored quantity or the requester.
-        text: Description with joint, value and limit, in a sentence.
-        joint: Name of the joint; empty for all or none.
-        value: Measured or commanded value, in `unit`; NaN if there is none.
-        limit: Limit of the value, in `unit`.
-        unit: Unit of value and limit.
-    """
-
-    level: StopLevel
-    kind: str
-    text: str
-    joint: str = ""
-    value: float = float("nan")
-    limit: float = float("nan")
-    unit: str = ""
+    level: StopLevel  # how hard to stop
+    kind: str  # kind of stop: the monitored quantity or the requester
+    text: str  # description with joint, value and limit, in a sentence
+    joint: str = ""  # name of the joint; empty for all or none
+    value: float = float("nan")  # measured or commanded value, in `unit`; NaN if there is none
+    limit: float = float("nan")  # limit of the value, in `unit`
+    unit: str = ""  # unit of value and limit
 
     @property
     def announcement(self) -> str:

@@ -36,39 +36,27 @@ STEP_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class WatchLimits:
-    """Limits of the monitors while the arm moves.
+    """Limits of the monitors while the arm moves."""
 
-    Attributes:
-        tracking: Maximum tracking error [rad] or [m]: two degrees, which is many times the lag of a sound
-            drive and moves the end of a 1 m link by 35 mm.
-        tracking_time: Maximum time beyond `tracking` or `outside` [s].
-        outside: Maximum distance beyond the position limits [rad] or [m], independent of `tracking`: the lag
-            of a sound drive.
-        delay: Time within which a command takes effect [s]; motion in this time is not a tracking error.
-        effort: Maximum torque over the torque limit, or current over the current that makes it [-].
-        effort_time: Maximum time beyond `effort` [s]; gears withstand short peaks.
-        temperature: Maximum motor temperature [degC]: what most windings withstand, less a margin.
-        speed: Maximum speed over the velocity limit [-].
-        silence: Maximum time for which a joint may be silent [s].
-        least_silence: Number of silent cycles that is allowed at any sampling rate.
-        stall: Maximum time without a cycle [s].
-        missed: Maximum share of missed cycles in a second [-].
-        stale: Maximum share of samples in a second in which a joint is silent [-]: interpolating a tenth of
-            the samples does not change estimates.
-    """
-
+    # Maximum tracking error [rad] or [m]: two degrees, which is many times the lag of a sound drive and moves
+    # the end of a 1 m link by 35 mm.
     tracking: float = 0.035
-    tracking_time: float = 0.05
+    tracking_time: float = 0.05  # maximum time beyond `tracking` or `outside` [s]
+    # Maximum distance beyond the position limits [rad] or [m], independent of `tracking`: the lag of a sound
+    # drive.
     outside: float = 0.035
+    # Time within which a command takes effect [s]; motion in this time is not a tracking error.
     delay: float = 0.05
-    effort: float = 1.2
-    effort_time: float = 0.05
-    temperature: float = 85.0
-    speed: float = 1.2
-    silence: float = 0.01
-    least_silence: int = 5
-    stall: float = 0.05
-    missed: float = 0.05
+    effort: float = 1.2  # maximum torque over the torque limit, or current over the current that makes it [-]
+    effort_time: float = 0.05  # maximum time beyond `effort` [s]; gears withstand short peaks
+    temperature: float = 85.0  # maximum motor temperature [degC]: what most windings withstand, less a margin
+    speed: float = 1.2  # maximum speed over the velocity limit [-]
+    silence: float = 0.01  # maximum time for which a joint may be silent [s]
+    least_silence: int = 5  # number of silent cycles that is allowed at any sampling rate
+    stall: float = 0.05  # maximum time without a cycle [s]
+    missed: float = 0.05  # maximum share of missed cycles in a second [-]
+    # Maximum share of samples in a second in which a joint is silent [-]: interpolating a tenth of the
+    # samples does not change estimates.
     stale: float = 0.1
 
     def silent_cycles(self, cycle: float) -> int:
