@@ -87,7 +87,6 @@ class Prepared:
             `SMOOTHED` if the effort was filtered before it was recorded.
         encoder_noise: Standard deviation of the measured position's white noise, shape (n,) [rad].
         commanded: Commanded motion, filtered in the same way; None if it was not recorded.
-        known: Known parameters of the payload: (parameter, value) pairs.
         link_position: Positions behind the gears, unfiltered, without the twist of gears in the model, shape
             (t, n) [rad]; NaN if a joint has no second encoder, None if no link positions were recorded.
         off: Time in which each joint moved with its drive off, which has no weight, shape (n,) [s].
@@ -108,7 +107,6 @@ class Prepared:
     noise_source: str
     encoder_noise: np.ndarray
     commanded: Motion | None = None
-    known: tuple[tuple[str, float], ...] = ()
     link_position: np.ndarray | None = None
     off: np.ndarray = field(default_factory=lambda: np.zeros(0))
     computed: bool = False
@@ -218,7 +216,6 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
         commanded=_commanded(even, cutoff, motion, inside),
-        known=recording.payload.known if recording.payload else (),
         link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
         computed=computed,

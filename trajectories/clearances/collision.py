@@ -31,13 +31,11 @@ class ExcludedPair(NamedTuple):
         first: Name of a body: its link and a number.
         second: Name of the other body.
         reason: Reason for the exclusion.
-        near_share: Share of random positions in which they are near each other; NaN if not computed.
     """
 
     first: str
     second: str
     reason: str
-    near_share: float = np.nan
 
 
 def _choose_pairs(
@@ -126,7 +124,7 @@ def _remove_together(robot: Robot, checked: pin.GeometryModel, gap: float) -> li
     for pair, count in zip(pairs, near_counts, strict=True):
         if count > SHARE * TRIED and not _can_separate(robot, checked, pair):
             first, second = (checked.geometryObjects[body].name for body in pair)
-            excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design", float(count) / TRIED))
+            excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design"))
             checked.removeCollisionPair(pin.CollisionPair(*pair))
     return excluded
 

@@ -103,7 +103,7 @@ def posterior(equations: Equations) -> Estimate:
         right = np.concatenate([right, held @ (mean - values), certain * (nominal - inverse)])
         step, covariance = _solve(rows, right)
         values, inverse = values + step[:count], inverse + step[count:]
-        color = slowness(equations, values, inverse)
+        color = _slowness(equations, values, inverse)
         if np.max(np.abs(step) / np.sqrt(np.diag(covariance))) < 1e-3:
             break
     # Gains that are one by definition are returned exactly, and marked as not estimated.
@@ -119,7 +119,7 @@ def posterior(equations: Equations) -> Estimate:
     )
 
 
-def slowness(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+def _slowness(equations: Equations, values: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """Noise amplitude near zero frequency over that of white noise with the same variance, shape (n,).
 
     Rows of the regressor change slowly, so the noise density near zero frequency determines the uncertainty.

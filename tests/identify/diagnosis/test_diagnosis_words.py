@@ -377,7 +377,7 @@ def test_what_has_no_certain_name_is_one_sentence_with_what_it_may_be():
     one = diagnosis(undecided=(finding("joint_spring", probability=0.65, alternatives=others),))
     assert verdict(one)[0] == (
         "Joint 3: the missing effect is joint spring (65 %), time delay of the arm (20 %) or backlash "
-        "(12 %); what would settle it: a swept sine (exidyn excite --kind chirp)."
+        "(12 %); what would settle it: slow sweeps over the whole range (exidyn excite --kind sweeps)."
     )
     assert "Joint spring of joint 3, undecided\n  probability 65 %" in summary(one)
     leaning = diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),))
@@ -482,7 +482,7 @@ def test_alternatives_are_named_with_the_run_that_would_settle_it():
     assert (
         "Not excluded: torque ripple of joint 3 (12 %) and load-dependent friction of joint 2 (6 %)" in detail
     )
-    assert "What would settle it: a run with a body of known mass on the flange." in detail
+    assert "settle it: a run with a body of known mass on the flange (exidyn excite --mass)." in detail
     assert "torque ripple" not in detail.partition("Not excluded")[0]
 
 
