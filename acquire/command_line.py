@@ -12,7 +12,7 @@ from typing import Any
 from exidyn.identification.errors import ExidynError, RobotWarning
 
 from .arguments.command import Option, name_lines, print_warning
-from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, UNSAFE
+from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED
 from .arguments.parser import CommandParser, complaint
 from .commands import COMMANDS, GROUPS, run_command
 from .completion import COMPLETION
@@ -64,12 +64,11 @@ def _run_command(arguments: Sequence[str] | None) -> int:
         # imports numpy, which help texts do not need
         from exidyn.drivers.errors import DriverError
 
-        from .run.errors import NotConfirmed, RunStopped, Unsafe
+        from .run.errors import NotConfirmed
 
         if not isinstance(error, ExidynError | DriverError):  # only these say what to do
             raise
-        code = STOPPED if isinstance(error, NotConfirmed | RunStopped) else REFUSED
-        code = UNSAFE if isinstance(error, Unsafe) else code
+        code = STOPPED if isinstance(error, NotConfirmed) else REFUSED
         return _report(" ".join(str(error).split()), code)
 
 

@@ -1,8 +1,7 @@
 """Errors of a run, each with a value, a limit and what to try; and lines on standard error.
 
 ExidynError
-└── RunError: NotAllowed, CannotStart, NotConfirmed, RunStopped
-    └── RunStopped: Unsafe
+└── RunError: NotAllowed, CannotStart, NotConfirmed
 """
 
 import sys
@@ -29,14 +28,6 @@ class CannotStart(RunError):
 
 class NotConfirmed(RunError):
     """The user did not confirm the motion."""
-
-
-class RunStopped(RunError):
-    """A run was stopped before its end, but the next step needs a complete run."""
-
-
-class Unsafe(RunStopped):
-    """A run has ended, and the arm still moves or may still move."""
 
 
 CLEAR = "\r\x1b[K"

@@ -51,11 +51,6 @@ class Alarms:
         """All alarms, including the current one."""
         return [*self.ended, *([self._open] if self._open is not None else [])]
 
-    @property
-    def current(self) -> Alarm | None:
-        """Alarm whose last exceedance is less than a block ago; None if there is none."""
-        return self._open
-
     def add(self, estimates: Estimates) -> None:
         """Take further estimates."""
         for alarm in self._exceedances(estimates):

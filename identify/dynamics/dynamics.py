@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arm.motion import Motion
 from ..arm.newton_euler import joints_of
 from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
@@ -119,12 +118,6 @@ class Dynamics:
         pairs = zip(self._effect_torques(state), self._effect_torques(other), strict=True)
         differences = ([a - b for a, b in zip(*pair, strict=True)] for pair in pairs)
         return _sum([0.0] * self.robot.dof, *differences)
-
-
-def state_of(motion: Motion) -> JointState:
-    """State of all samples of a motion, one array (t,) per joint and quantity."""
-    parts = (motion.position, motion.velocity, motion.acceleration, motion.load, motion.temperature)
-    return JointState(*(list(part.T) for part in parts))
 
 
 def stacked(torque: Sequence[Scalar], samples: int) -> np.ndarray:

@@ -86,7 +86,6 @@ class Prepared:
     # was filtered before it was recorded.
     noise_source: str
     encoder_noise: np.ndarray  # standard deviation of the measured position's white noise, shape (n,) [rad]
-    known: tuple[tuple[str, float], ...] = ()  # known parameters of the payload: (parameter, value) pairs
     # Positions behind the gears, unfiltered, without the twist of gears in the model, shape (t, n) [rad]; NaN
     # if a joint has no second encoder, None if no link positions were recorded.
     link_position: np.ndarray | None = None
@@ -199,7 +198,6 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         noise=np.maximum(noise, quantization(measured, decimation)),
         noise_source=source,
         encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
-        known=recording.payload.known if recording.payload else (),
         link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
         computed=computed,

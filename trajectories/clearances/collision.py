@@ -30,8 +30,6 @@ class ExcludedPair(NamedTuple):
     first: str  # name of a body: its link and a number
     second: str  # name of the other body
     reason: str  # reason for the exclusion
-    # Share of random positions in which they are near each other; NaN if not computed.
-    near_share: float = np.nan
 
 
 def _choose_pairs(
@@ -120,7 +118,7 @@ def _remove_together(robot: Robot, checked: pin.GeometryModel, gap: float) -> li
     for pair, count in zip(pairs, near_counts, strict=True):
         if count > SHARE * TRIED and not _can_separate(robot, checked, pair):
             first, second = (checked.geometryObjects[body].name for body in pair)
-            excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design", float(count) / TRIED))
+            excluded.append(ExcludedPair(first, second, f"under {gap:g} m by design"))
             checked.removeCollisionPair(pin.CollisionPair(*pair))
     return excluded
 

@@ -160,7 +160,7 @@ KINDS = {
         held=_with_other_link,
         of_body=True,
         mistaken_for=("payload", "spring_balancer", "drive_gain"),
-        settled_by="a run with a body of known mass on the flange",
+        settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "payload": Kind(
         family="mass",
@@ -174,7 +174,7 @@ KINDS = {
         held=_with_payload,
         of_body=True,
         mistaken_for=("link_inertia", "drive_gain"),
-        settled_by="a run with a body of known mass on the flange",
+        settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "rotor_inertia": Kind(
         family="mass",
@@ -182,6 +182,7 @@ KINDS = {
         drawn_against=("acceleration", "velocity"),
         reducible=True,
         mistaken_for=("joint_elasticity", "time_delay"),
+        settled_by="a swept sine (exidyn excite --kind chirp)",
     ),
 }
 """Name -> kind."""

@@ -158,7 +158,7 @@ KINDS = {
         ask=_gains,
         held=_with_gain,
         mistaken_for=("link_inertia", "encoder_offset"),
-        settled_by="a run with a body of known mass on the flange",
+        settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "drive_gain_saturation": Kind(
         family="drive",
@@ -169,7 +169,7 @@ KINDS = {
         held=_saturated,
         sensor=True,
         mistaken_for=("current_clipping", "nonlinear_viscous_friction"),
-        settled_by="a faster run with a body of known mass on the flange",
+        settled_by="a faster run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "current_clipping": Kind(
         family="drive",
@@ -193,6 +193,7 @@ KINDS = {
         sentence="{joint} reads {leak:size %} of the current of joint {other_joint:bare} as well",
         drawn_against=("time", "torque"),
         ask=_crosstalks,
+        settled_by="one joint at a time (exidyn excite --kind single-joint)",
     ),
     "supply_sag": Kind(
         family="drive",

@@ -133,6 +133,7 @@ KINDS = {
         drawn_against=("velocity", "speed"),
         reducible=True,
         mistaken_for=("nonlinear_viscous_friction", "temperature_dependent_friction"),
+        settled_by="constant speeds up to the limit (exidyn excite --kind sweeps)",
     ),
     "coulomb_friction": Kind(
         family=lambda candidate: "sublinear" if candidate.kind == GRADUAL else "friction level",
@@ -144,6 +145,7 @@ KINDS = {
         dry=True,
         held=_with_coulomb,
         mistaken_for=("stribeck_friction", "load_dependent_friction", "hysteresis"),
+        settled_by="constant speeds, including low ones (exidyn excite --kind sweeps)",
     ),
     "friction_asymmetry": Kind(
         family="direction",
@@ -193,7 +195,7 @@ KINDS = {
         drawn_against=("size of the load", "velocity"),
         ask=_load_dependent,
         mistaken_for=("torque_ripple", "nonlinear_viscous_friction", "drive_gain_saturation"),
-        settled_by="a run with a body of known mass on the flange",
+        settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "temperature_dependent_friction": Kind(
         family="temperature",
@@ -212,6 +214,7 @@ KINDS = {
         shapes=(*({"harmonic": float(k)} for k in (1, 2, 3)), {"count": MULTIPLES}),
         derived=amplitude,
         mistaken_for=("load_dependent_friction", "torque_ripple"),
+        settled_by="slow sweeps in both directions (exidyn excite --kind sweeps)",
     ),
     "neighbour_friction": Kind(
         family="other joints",

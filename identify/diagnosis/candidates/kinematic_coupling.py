@@ -151,5 +151,6 @@ KINDS = {
         derived=_derived,
         held=_held,
         mistaken_for=("rotor_inertia", "viscous_friction"),
+        settled_by="one joint at a time (exidyn excite --kind single-joint)",
     )
 }

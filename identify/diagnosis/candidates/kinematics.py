@@ -170,7 +170,7 @@ KINDS = {
         ask=encoder_zeros,
         held=_with_zero,
         mistaken_for=("link_inertia", "base_tilt"),
-        settled_by="a run with a body of known mass on the flange",
+        settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "axis_misalignment": Kind(
         family="kinematics",
@@ -181,7 +181,8 @@ KINDS = {
         held=_with_axis,
         of_body=True,
         mistaken_for=("encoder_offset", "link_inertia", "base_tilt"),
-        settled_by="a calibration of the kinematics, or a run with a body of known mass on the flange",
+        settled_by="a calibration of the kinematics, or a run with a body of known mass on the flange "
+        "(exidyn excite --mass)",
     ),
 }
 """Name -> kind."""

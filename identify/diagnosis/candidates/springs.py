@@ -149,6 +149,7 @@ KINDS = {
         shapes=({}, {"stiffening": True}),
         derived=_pulling,
         mistaken_for=("friction_asymmetry", "spring_balancer"),
+        settled_by="slow sweeps over the whole range (exidyn excite --kind sweeps)",
     ),
     "hose_spring": Kind(
         sentence="A spring pulls the flange towards one point, as hoses and dress packs do[: {stiffness}]",

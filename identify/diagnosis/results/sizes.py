@@ -39,7 +39,6 @@ SIZES, SIGNED = ("smallest", "usual", "largest"), ("lowest", "middle", "highest"
 class FindingUnknowns(NamedTuple):
     """Unknowns of one finding among all unknowns."""
 
-    place: int  # index of the finding
     joint: int  # index of the joint that shows it best, from 0
     unknowns: np.ndarray  # indices of its unknowns, coefficients before shape numbers, shape (q,)
     names: tuple[str, ...]  # names of its unknowns, length q
@@ -55,7 +54,7 @@ def unknowns_of(result: SearchResult, spread: Spread, place: int) -> FindingUnkn
     """Unknowns of one finding."""
     answer, (unknowns, names) = result.selected[place].answer, spread.of(result, place)
     values = result.prediction.values[places_of(result, place)]
-    return FindingUnknowns(place, answer.joint, unknowns, (*answer.candidate.names, *names), values)
+    return FindingUnknowns(answer.joint, unknowns, (*answer.candidate.names, *names), values)
 
 
 def size(result: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:

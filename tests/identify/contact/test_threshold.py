@@ -99,6 +99,6 @@ def test_alarms_join_within_a_block_and_pieces_give_the_same():
             (20.0, 21.0, 1),
             (59.9, 60.0, 1),
         ]
-        assert alarms.current is alarms.all[-1]
+        assert alarms.ended == alarms.all[:-1]
         assert alarms.all[0].torque[1] > 25.0
         assert alarms.all[0].score > 1.0

@@ -6,7 +6,7 @@ import pytest
 
 from exidyn.identification.arm.rigid_regressor import INERTIAL
 from exidyn.identification.arm.robot import Robot
-from exidyn.identification.dynamics.dynamics import Dynamics, stacked, state_of
+from exidyn.identification.dynamics.dynamics import Dynamics, stacked
 from exidyn.identification.effects import EFFECTS, Payload, RigidBody, RotorInertia
 from exidyn.identification.effects.joint_state import JointState
 from exidyn.identification.effects.rigid_body import inertial_parameters, moved
@@ -14,6 +14,13 @@ from exidyn.identification.model import Model
 
 from ...parts.runs.robots import body, kinematics, placement, random_motion, six_axis, sliding
 from ..effects.test_effects import default
+
+
+def state_of(motion):
+    """State of all samples, one array (t,) per joint and quantity."""
+    parts = (motion.position, motion.velocity, motion.acceleration, motion.load, motion.temperature)
+    return JointState(*(list(part.T) for part in parts))
+
 
 WITHOUT_FORM = {"hysteresis", "torque_curve"}
 """Effects that have memory, or pieces."""
