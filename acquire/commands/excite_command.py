@@ -58,15 +58,13 @@ from .shown_motion import SHOW_HELP, SHOWN, show_motion
 
 OPTIMIZED = "best"
 """Name of the optimized kind of run; the others are made by rule."""
-IDENTIFY_ONLY = ("shapes", "mass", "focus", "after")
-"""Options that only apply to runs for identification."""
 TRAJECTORY = "trajectory.toml"
 """Default file of the plan."""
 SEARCH = 60.0
 """Default search time [s]."""
 STAGES = {"make": 0.01, "torque": 0.6, "check": 0.39}
 """Stages of a run made by rule, and their shares of the time."""
-GOAL = (
+IDENTIFY_ONLY = (
     Option(
         "--shapes EFFECT...",
         "effects whose shapes are also unknown, such as stribeck_friction",
@@ -80,21 +78,19 @@ GOAL = (
         [],
     ),
     Option(
-        "--com X Y Z",
-        "center of mass in the flange frame [m]; once for each mass",
-        any_number,
-        [],
-        repeated=True,
-    ),
-    Option(
         "--focus NAME...",
         "the only parameters that matter: gain Kr, or in words 'K_r, friction of joint 2'",
         str,
         [],
     ),
     Option("--after FIT", "fit.json of earlier runs, which the new run complements", Path),
-    Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT"),
 )
+"""Options that only apply to runs for identification."""
+AGAINST = Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT")
+COM = Option(
+    "--com X Y Z", "center of mass in the flange frame [m]; once for each mass", any_number, [], repeated=True
+)
+GOAL = (*IDENTIFY_ONLY[:2], COM, *IDENTIFY_ONLY[2:], AGAINST)
 MOTION = (
     Option(
         "--kind KIND",
@@ -121,14 +117,14 @@ LIMITS = (
 )
 
 
+ITERATIONS = Option(
+    "--iterations N",
+    "iterations of each start instead of a search time, so that a slow or busy computer plans the same motion",
+    integer,
+)
 SEARCHING = (
     Option("--search S", f"search time; default: {SEARCH:g}", any_number),
-    Option(
-        "--iterations N",
-        "iterations of each start instead of a search time, so that a slow or busy computer plans the same "
-        "motion",
-        integer,
-    ),
+    ITERATIONS,
     Option("--seed N", "seed of the first start", integer, 0),
 )
 
@@ -199,15 +195,14 @@ def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], l
 
 def _require_together(args: Namespace) -> None:
     """Raise if options exclude each other."""
-    other_goals = [f"--kind {args.kind}"] if args.kind != OPTIMIZED else []
-    other_goals += ["--against"] if args.against else []
-    identify = [f"--{name}" for name in IDENTIFY_ONLY if getattr(args, name) not in (None, [])]
-    if len(other_goals) > 1 or other_goals and identify:
-        raise WrongUse(f"{' and '.join([*other_goals, *identify][:2])} cannot be used together")
-    if args.search is not None and args.iterations is not None:
-        raise WrongUse("--search and --iterations cannot be used together")
-    if args.joints and args.kind == OPTIMIZED:
+    if args.kind != OPTIMIZED:
+        refuse_with(f"--kind {args.kind}", args, [AGAINST, *IDENTIFY_ONLY])
+    elif args.joints:
         raise WrongUse(f"--joints cannot be used with kind '{OPTIMIZED}', in which all joints move")
+    if args.against:
+        refuse_with("--against", args, IDENTIFY_ONLY)
+    if args.search is not None:
+        refuse_with("--search", args, [ITERATIONS])
 
 
 def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, list[str]]:

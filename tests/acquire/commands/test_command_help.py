@@ -89,7 +89,7 @@ def test_complaints_are_one_line(capsys):
             "identify run.mcap --as-recordd",
             "unrecognized arguments: --as-recordd. Did you mean --as-recorded? ",
         ),
-        ("identify run.mcap --estimator weigthed", "invalid choice: 'weigthed' (choose from 'ordinary', "),
+        ("identify run.mcap --estimator weigthed", "invalid choice: 'weigthed' (choose from 'weighted', "),
         ("identify run.mcap --estimator weigthed", "Did you mean weighted? 'exidyn identify --help'"),
         ("idenitfy run.mcap", "Did you mean identify? 'exidyn --help' explains"),
         ("diagnose --vallidate", "unrecognized arguments: --vallidate. Did you mean --validate? "),

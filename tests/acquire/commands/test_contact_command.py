@@ -2,11 +2,13 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identification.fit.fit_file import write_fit
 
 from ...parts.small import small_fit, two_joint_files
 
@@ -15,7 +17,7 @@ from ...parts.small import small_fit, two_joint_files
 def files(tmp_path_factory):
     """fit.json, runs, and loaded.mcap, which does not state its payload of 3 kg."""
     folder = tmp_path_factory.mktemp("contact")
-    small_fit.fit().save(folder / "fit.json")
+    write_fit(small_fit.fit(), folder / "fit.json")
     runs = [two_joint_files.run(f"free{k}", 3 + k, 9 + k) for k in range(2)]
     two_joint_files.write(folder, *runs, two_joint_files.run("empty"), two_joint_files.loaded())
     return folder
@@ -68,7 +70,7 @@ def test_without_drive_gains_there_is_no_force(folder, capsys):
     """Torques are in amperes; newtons would be untrue."""
     fit = small_fit.plain_fit()
     robot = replace(fit.model.robot, drive_gain=np.ones(2))
-    replace(fit, model=replace(fit.model, robot=robot)).save("bare.json")
+    write_fit(replace(fit, model=replace(fit.model, robot=robot)), Path("bare.json"))
     assert main(["contact", "loaded.mcap", "--fit", "bare.json", *FREE, "--json", "out.json"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "torque [A]" in printed
