@@ -15,7 +15,7 @@ from ...parts.small import small_fit, two_joint_files
 def files(tmp_path_factory):
     """fit.json, runs, and loaded.mcap, which does not state its payload of 3 kg."""
     folder = tmp_path_factory.mktemp("contact")
-    small_fit.fit().save(folder / "fit.json")
+    write_fit(small_fit.fit(), folder / "fit.json")
     runs = [two_joint_files.run(f"free{k}", 3 + k, 9 + k) for k in range(2)]
     two_joint_files.write(folder, *runs, two_joint_files.run("empty"), two_joint_files.loaded())
     return folder
