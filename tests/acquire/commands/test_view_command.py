@@ -20,7 +20,6 @@ from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.parts import COLORS
 from exidyn.acquire.views.suspects import MAX_MOMENTS, moments, windowed_rms
-from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
@@ -28,7 +27,7 @@ from exidyn.identification.recordings.recording import Event
 
 from ...parts.pages.browser import headless_browser, wait_for
 from ...parts.pages.report_pages import known_fit
-from ...parts.pages.rerun_viewer import numbers, numbers_nested, read, require_drawn, seconds
+from ...parts.pages.rerun_viewer import numbers, read, require_drawn, require_poses, seconds
 from ...parts.small.small_diagnosis import nominal_model, recordings, with_remainder
 from ...parts.small.two_joint_files import run, write
 from ..views.test_live_view import coloured, free_port
@@ -89,11 +88,9 @@ def test_velocity_that_was_not_recorded_is_that_of_the_positions(files, tmp_path
 
 def test_the_arm_moves_as_measured(files, tmp_path):
     chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
-    place = numbers_nested(chunks, "/arm in run/moves", "Transform3D:translation", 3).reshape(-1, 2, 3)
     signal = given.signals["position"]
     at = np.searchsorted(signal.time, seconds(chunks, "/arm in run/moves")[::2] - 1e-6)
-    poses = link_poses(given.robot.kinematics, signal.values[at])
-    np.testing.assert_allclose(place, poses[:, :, :3], atol=1e-6)
+    require_poses(chunks, "/arm in run/moves", given.robot.kinematics, signal.values[at])
 
 
 def test_runs_of_one_name_are_distinguished(files, tmp_path):

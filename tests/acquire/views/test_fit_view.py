@@ -9,11 +9,10 @@ import pytest
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.fit_view import CAPPED, fit_view
 from exidyn.acquire.views.live_view import Targets
-from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.fit.verdict import verdict
 
 from ...parts.pages.report_pages import known_fit
-from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
+from ...parts.pages.rerun_viewer import numbers, require_drawn, require_poses, saved, seconds, text_of
 
 
 @pytest.fixture(scope="module")
@@ -46,38 +45,25 @@ def test_residual_over_noise_reads_back(chunks, fit):
 
 
 def test_arm_moves_as_in_the_run(chunks, fit):
-    robot = fit.model.robot
     for run in runs_of(fit):
-        poses = link_poses(robot.kinematics, run.position)
-        entity = f"/arm in {run.run}/moves"
-        place = numbers_nested(chunks, entity, "Transform3D:translation", 3).reshape(-1, robot.dof, 3)
-        turn = numbers_nested(chunks, entity, "Transform3D:quaternion", 4).reshape(-1, robot.dof, 4)
-        np.testing.assert_allclose(place, poses[:, :, :3], atol=1e-6)
-        alike = np.abs(np.sum(turn * poses[:, :, 3:], axis=2))  # a quaternion and its negative turn alike
-        np.testing.assert_allclose(alike, 1.0, atol=1e-6)
+        require_poses(chunks, f"/arm in {run.run}/moves", fit.model.robot.kinematics, run.position)
 
 
 def test_texts_hold_verdict_and_every_parameter(chunks, fit):
-    (text,) = chunks["/verdict", "TextDocument:text"][0].to_pylist()[0]
-    assert all(line in text for line in verdict(fit))
-    (table,) = chunks["/parameters/table", "TextDocument:text"][0].to_pylist()[0]
-    rows = {
-        cells[1].strip(): cells
-        for cells in (line.split("|") for line in table.splitlines())
-        if len(cells) > 7
-    }
-    for k, name in enumerate(fit.names):
+    assert all(line in text_of(chunks, "/verdict") for line in verdict(fit))
+    lines = [line.split("|") for line in text_of(chunks, "/parameters/table").splitlines()]
+    rows = {cells[1].strip(): cells for cells in lines if len(cells) > 7}
+    for name, expected, std in zip(fit.names, fit.estimate.values, fit.estimate.std, strict=True):
         value, half = (float(cell.replace("\N{MINUS SIGN}", "-")) for cell in rows[name][2:4])
-        assert value == pytest.approx(fit.estimate.values[k], rel=1e-3)
-        assert half == pytest.approx(1.96 * fit.estimate.std[k], rel=0.051)
+        assert value == pytest.approx(expected, rel=1e-3)
+        assert half == pytest.approx(1.96 * std, rel=0.051)
 
 
 def test_bars_are_the_intervals_in_per_cent(chunks, fit):
     (bars,) = chunks["/parameters/interval", "BarChart:values"][0].to_pylist()[0]
     percent = 196.0 * fit.estimate.std / np.abs(fit.estimate.values)
-    found = np.array(
-        bars["buffer"] if isinstance(bars["buffer"], list) else next(iter(bars["buffer"].values()))
-    )
+    buffer = bars["buffer"]
+    found = np.array(buffer if isinstance(buffer, list) else next(iter(buffer.values())))
     np.testing.assert_allclose(found.ravel(), np.minimum(percent, CAPPED), rtol=1e-12)
 
 

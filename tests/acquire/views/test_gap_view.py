@@ -8,10 +8,9 @@ import pytest
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.gap_view import AFTER, BEFORE, RECORDED, gap_view
 from exidyn.acquire.views.live_view import Targets
-from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.in_mujoco.replay import Run
 
-from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
+from ...parts.pages.rerun_viewer import numbers, require_drawn, require_poses, saved, seconds
 from ...parts.small import two_joints
 
 pytestmark = pytest.mark.slow
@@ -53,10 +52,8 @@ def test_lines_are_simulated_less_recorded(chunks):
 @pytest.mark.parametrize(("which", "away"), [(RECORDED, 0.0), (BEFORE, 0.1), (AFTER, 0.002)])
 def test_each_arm_moves_as_it_did(chunks, which, away):
     entity = f"/{which} in two/moves"
-    place = numbers_nested(chunks, entity, "Transform3D:translation", 3).reshape(-1, 2, 3)
     at = np.searchsorted(TIME, seconds(chunks, entity)[::2] - 1e-6)
-    expected = link_poses(MODEL.robot.kinematics, PLACE[at] + away)[:, :, :3]
-    np.testing.assert_allclose(place, expected, atol=1e-6)
+    require_poses(chunks, entity, MODEL.robot.kinematics, PLACE[at] + away)
 
 
 def test_viewer_shows_every_view_without_complaint(gap, monkeypatch):

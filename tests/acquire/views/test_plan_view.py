@@ -11,14 +11,13 @@ from exidyn.acquire.views import viewers
 from exidyn.acquire.views.live_view import Targets
 from exidyn.acquire.views.parts import FRAMES
 from exidyn.acquire.views.plan_view import plan_view
-from exidyn.identification.arm.newton_euler import link_poses
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.effects import Payload
 from exidyn.identification.robot_files.surroundings import Obstacle
 from exidyn.trajectories.plans.plan_check import nominal_torque
 from exidyn.trajectories.plans.plan_space import space_of
 
-from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
+from ...parts.pages.rerun_viewer import numbers, require_drawn, require_poses, saved, seconds, text_of
 from ...parts.plans.plans import fourier, known_plan
 from ...parts.small import two_joints
 from ...trajectories.plans.test_plan_plots import BODY
@@ -79,18 +78,12 @@ def test_shares_are_of_the_limits(chunks, plan):
 
 
 def test_arm_moves_as_planned(chunks, plan):
-    position = plan.trajectory.every(1.0 / FRAMES).position
-    poses = link_poses(MODEL.robot.kinematics, position)
-    place = numbers_nested(chunks, "/arm/moves", "Transform3D:translation", 3)
-    turn = numbers_nested(chunks, "/arm/moves", "Transform3D:quaternion", 4)
-    np.testing.assert_allclose(place, poses[..., :3].reshape(-1, 3), atol=1e-6)
-    np.testing.assert_allclose(np.abs(np.sum(turn * poses[..., 3:].reshape(-1, 4), axis=1)), 1.0, atol=1e-6)
+    require_poses(chunks, "/arm/moves", MODEL.robot.kinematics, plan.trajectory.every(1.0 / FRAMES).position)
 
 
 def test_summary_reports_what_is_beyond(chunks):
-    (text,) = chunks["/summary", "TextDocument:text"][0].to_pylist()[0]
-    assert "Motion for two joints" in text
-    assert "BEYOND: shoulder: velocity" in text
+    assert "Motion for two joints" in text_of(chunks, "/summary")
+    assert "BEYOND: shoulder: velocity" in text_of(chunks, "/summary")
 
 
 def test_flange_goes_along_its_path(chunks, plan):

@@ -13,6 +13,7 @@ from rerun.experimental import ViewerClient
 
 from exidyn.acquire.views import viewers
 from exidyn.acquire.views.live_view import Targets
+from exidyn.identification.arm.newton_euler import link_poses
 
 from ..system_needs import VULKAN
 
@@ -46,6 +47,21 @@ def saved(view, path):
     """Columns of a view that is saved in a file."""
     viewers.show(view, Targets(save=path))
     return read(path)
+
+
+def require_poses(chunks, entity, kinematics, position):
+    """The links of an arm stand as at positions (t, n)."""
+    poses = link_poses(kinematics, position).reshape(-1, 7)
+    place = numbers_nested(chunks, entity, "Transform3D:translation", 3)
+    np.testing.assert_allclose(place, poses[:, :3], atol=1e-6)
+    turn = numbers_nested(chunks, entity, "Transform3D:quaternion", 4)
+    alike = np.abs(np.sum(turn * poses[:, 3:], axis=1))  # a quaternion and its negative turn alike
+    np.testing.assert_allclose(alike, 1.0, atol=1e-6)
+
+
+def text_of(chunks, entity):
+    (text,) = chunks[entity, "TextDocument:text"][0].to_pylist()[0]
+    return text
 
 
 @contextmanager
