@@ -14,28 +14,19 @@ def gantry():
     return Robot("gantry", kinematics)
 
 
-@pytest.mark.parametrize("error", [BadLimits, Infeasible])
-def test_errors_inside_name_the_joints(error):
-    with (
-        pytest.raises(error, match=r"^no lead: elbow: at 3 rad; shoulder: at 2 rad/s$") as caught,
-        in_words_of(arm()),
-    ):
-        raise error("no lead: joint 2: at 3 rad; joint 1: at 2 rad/s")
-    assert isinstance(caught.value.__cause__, error)
+def test_errors_inside_name_the_joints_and_others_are_left_alone():
+    for error in (BadLimits, Infeasible):
+        with (
+            pytest.raises(error, match=r"^no lead: elbow: at 3 rad; shoulder: at 2 rad/s$"),
+            in_words_of(arm()),
+        ):
+            raise error("no lead: joint 2: at 3 rad; joint 1: at 2 rad/s")
+    with pytest.raises(KeyError, match="joint 1: x"), in_words_of(arm()):
+        raise KeyError("joint 1: x")
 
 
 def test_a_joint_that_slides_is_in_metres_and_newtons():
     text = "joint 1: 2 rad/s^2 of 3 rad, 4 N m; joint 2: 2 rad/s of 3 rad, 4 N m"
     assert named(text, gantry()) == "rail: 2 m/s^2 of 3 m, 4 N; swivel: 2 rad/s of 3 rad, 4 N m"
-
-
-@pytest.mark.parametrize(
-    "text", ["joint 3: 1 rad", "joint 0: 1 rad", "no joint 1 here", "the elbow: 1 rad", ""]
-)
-def test_what_is_about_no_joint_of_the_robot_stays(text):
-    assert named(text, gantry()) == text
-
-
-def test_what_else_is_raised_inside_is_left_alone():
-    with pytest.raises(KeyError, match="joint 1: x"), in_words_of(arm()):
-        raise KeyError("joint 1: x")
+    for other in ("joint 3: 1 rad", "joint 0: 1 rad", "no joint 1 here", "the elbow: 1 rad", ""):
+        assert named(other, gantry()) == other

@@ -8,7 +8,7 @@ from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.families.chirp import Chirp
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.families.jets import derivatives, exponential, power, product, sine
+from exidyn.trajectories.families.jets import derivatives
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.kinds.rests import Workspace
 from exidyn.trajectories.kinds.with_chirp import STEPS, with_chirp
@@ -48,26 +48,6 @@ def alone(chirp, time):
     return np.stack(chirp.at(time)[1:]) - np.stack(chirp.base.at(time)[1:])
 
 
-def test_jets_are_derivatives_of_known_functions():
-    """x^2.5 sin(x^2) e^x at some places, by its own formula and finite differences of it."""
-    time = np.array([0.3, 0.7, 1.9])
-    x = np.zeros((4, 3))
-    x[0], x[1] = time, 1.0
-    jet = derivatives(product(product(power(x, 2.5), sine(product(x, x))), exponential(x)))
-
-    def value(t):
-        return t**2.5 * np.sin(t**2) * np.exp(t)
-
-    h = 1e-3
-    expected = [
-        value(time),
-        (value(time + h) - value(time - h)) / (2 * h),
-        (value(time + h) - 2 * value(time) + value(time - h)) / h**2,
-        (value(time + 2 * h) - 2 * value(time + h) + 2 * value(time - h) - value(time - 2 * h)) / (2 * h**3),
-    ]
-    np.testing.assert_allclose(jet, expected, rtol=1e-4)
-
-
 def test_derivatives_meet_finite_differences(chirp):
     time = np.random.default_rng(1).uniform(0.01, chirp.duration - 0.01, 400)
     step = 1e-5
@@ -86,7 +66,7 @@ def test_it_begins_and_ends_with_nothing(chirp):
 
 def test_the_frequency_is_that_of_its_zeros(chirp):
     """Counted on the motion itself: half a period from each zero to the next."""
-    time = np.linspace(chirp.begin + 1e-6, chirp.begin + chirp.length - 1e-6, 400_001)
+    time = np.linspace(chirp.begin + 1e-6, chirp.begin + chirp.length - 1e-6, 100_001)
     wave = alone(chirp, time)[0, :, chirp.joints[0]]
     crossings = np.flatnonzero(np.diff(np.signbit(wave)))[2:-2]
     exact = time[crossings] - wave[crossings] * (time[1] - time[0]) / (wave[crossings + 1] - wave[crossings])
@@ -102,18 +82,18 @@ def test_the_frequency_is_that_of_its_zeros(chirp):
 
 def test_extremes_are_bounds_and_near_what_is_reached(chirp):
     """Of the chirp alone, so that what is added for a base that moves does not hide how near."""
-    size = np.abs(alone(chirp, np.linspace(0.0, chirp.duration, 400_001))).max(axis=1)
+    size = np.abs(alone(chirp, np.linspace(0.0, chirp.duration, 100_001))).max(axis=1)
     for place, joint in enumerate(chirp.joints):
         found = size[:, joint]
         assert np.all(chirp.reached[place] >= found)
         np.testing.assert_allclose(chirp.reached[place], found, rtol=0.01)
-    states = chirp.at(np.linspace(0.0, chirp.duration, 400_001))
+    states = chirp.at(np.linspace(0.0, chirp.duration, 100_001))
     for name, found in zip(NAMES, chirp.extremes(), strict=True):
         assert np.all(found.upper >= getattr(states, name).max(axis=0))
         assert np.all(found.lower <= getattr(states, name).min(axis=0))
 
 
-@pytest.mark.parametrize("order", range(6))
+@pytest.mark.parametrize("order", [0, 2, 5])
 def test_the_bound_of_each_derivative_holds_inside_its_cells(chirp, order):
     left, right = chirp._edges[:-1], chirp._edges[1:]
     bound = derivatives(chirp._bound(left, right))[order]
@@ -122,17 +102,7 @@ def test_the_bound_of_each_derivative_holds_inside_its_cells(chirp, order):
         assert np.all(size <= bound)
 
 
-def test_the_amplitude_is_the_smallest_that_four_limits_allow(chirp):
-    frequency = np.geomspace(chirp.low, chirp.high, 50)
-    angular = 2 * np.pi * frequency[:, None, None]
-    smallest = np.min(chirp.largest / angular ** np.arange(4), axis=2)
-    amplitude = chirp.amplitude(frequency)
-    assert np.all(amplitude <= smallest)
-    assert np.all(amplitude >= 4 ** (-1 / 4) * smallest)
-
-
-@pytest.mark.parametrize("share", [0.2, 1.0])
-@pytest.mark.parametrize("base", [REST, moving()])
+@pytest.mark.parametrize(("share", "base"), [(0.2, REST), (1.0, moving())])
 def test_it_uses_its_share_of_what_the_motion_leaves_and_no_more(share, base, monkeypatch):
     monkeypatch.setattr(chirps, "SHARE", share)
     chirp = with_chirp(base, [0, 1], Workspace(LIMITS, TICK))
@@ -156,9 +126,15 @@ def test_it_shrinks_until_it_can_be_stopped(monkeypatch):
     assert chirp.reached[0, 1] < 0.9 * free.reached[0, 1]
 
 
-def test_by_default_it_ends_at_20_hz_or_six_ticks_a_period():
+def test_it_ends_at_20_hz_or_six_sampling_periods_and_needs_room():
     assert with_chirp(REST, [0], Workspace(LIMITS, 0.002)).high == pytest.approx(20.0)
     assert with_chirp(REST, [0], Workspace(LIMITS, 0.012)).high == pytest.approx(1 / 0.072)
+    with pytest.raises(BadLimits, match=r"sampling period of 0.2 s allows up to 0.8333 Hz"):
+        with_chirp(REST, [0], Workspace(LIMITS, 0.2))
+    reached = moving().extremes()
+    tight = replace(LIMITS, velocity=np.array([3.0, float(reached.velocity.upper[1])]))
+    with pytest.raises(Infeasible, match="joint 2: the velocity of the base motion"):
+        with_chirp(moving(), [0, 1], Workspace(tight, TICK))
 
 
 def test_a_coarse_encoder_lowers_the_highest_frequency(monkeypatch):
@@ -169,18 +145,6 @@ def test_a_coarse_encoder_lowers_the_highest_frequency(monkeypatch):
     monkeypatch.setattr(chirps, "RESOLUTION", 100.0 * coarse)
     with pytest.raises(Infeasible, match=r"joint 1: at \d.* from .* Hz on .* Try"):
         with_chirp(REST, [0], Workspace(LIMITS, TICK))
-
-
-def test_a_motion_that_leaves_nothing_names_joint_and_quantity():
-    reached = moving().extremes()
-    tight = replace(LIMITS, velocity=np.array([3.0, float(reached.velocity.upper[1])]))
-    with pytest.raises(Infeasible, match="joint 2: the velocity of the base motion"):
-        with_chirp(moving(), [0, 1], Workspace(tight, TICK))
-
-
-def test_a_sampling_period_that_is_too_long_is_refused():
-    with pytest.raises(BadLimits, match=r"sampling period of 0.2 s allows up to 0.8333 Hz"):
-        with_chirp(REST, [0], Workspace(LIMITS, 0.2))
 
 
 def floor(depth):
@@ -206,9 +170,7 @@ def test_nothing_is_in_contact():
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"joints": (0, 0)}, "joints"),
         ({"joints": (2,)}, "expected different ones of 0 to 1"),
-        ({"largest": np.array([[1.0, 1.0, 1.0, 0.0]])}, "above 0"),
         ({"largest": np.array([[1.0, 1.0, 1.0, np.nan]])}, "above 0"),
         ({"high": 2.0}, "from 2 to 2 Hz"),
         ({"length": 7.0}, "base motion of 8 s"),

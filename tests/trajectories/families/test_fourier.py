@@ -25,18 +25,10 @@ def without_highest(one):
     return replace(one, sine=sine, cosine=cosine)
 
 
-def only_highest(one):
-    sine, cosine = np.zeros_like(one.sine), np.zeros_like(one.cosine)
-    sine[:, -1], cosine[:, -1] = one.sine[:, -1], one.cosine[:, -1]
-    return replace(one, sine=sine, cosine=cosine)
-
-
 CASES = {
     "five harmonics": series(),
-    "one harmonic": series(1),
     "twelve harmonics": series(12, seed=4),
     "highest are zero": without_highest(series()),
-    "highest alone": only_highest(series()),
     "repeated": series(periods=3),
     "even: sines alone are zero": replace(series(), sine=np.zeros((3, 5))),
 }
@@ -57,13 +49,14 @@ def test_position_is_the_sum_of_waves(one):
         np.testing.assert_allclose(one.at(time).position[:, joint], expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_each_is_the_derivative_of_the_one_before(one, order):
+def test_each_is_the_derivative_of_the_one_before(one):
     step, time = 1e-5, np.linspace(0.1, one.duration - 0.1, 61)
-    before, after = one.at(time - step), one.at(time + step)
-    expected = (getattr(after, KINDS[order - 1]) - getattr(before, KINDS[order - 1])) / (2 * step)
-    found = getattr(one.at(time), KINDS[order])
-    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(found).max())
+    before, here, after = (one.at(time + side)[1:] for side in (-step, 0.0, step))
+    for order in range(3):
+        size = np.abs(here[order + 1]).max()
+        np.testing.assert_allclose(
+            here[order + 1], (after[order] - before[order]) / (2 * step), atol=1e-6 * size
+        )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -83,9 +76,8 @@ def test_extremes_are_those_of_a_fine_grid_and_are_reached(one, kind):
     assert np.all(found.upper >= grid.max(axis=0) - 1e-10 * size)
 
 
-@pytest.mark.parametrize("harmonics", [0, 3])
-def test_a_joint_that_stands_still_stays_at_its_centre(harmonics):
-    still = Fourier(2.0, np.array([0.3, -0.4]), *np.zeros((2, 2, harmonics)))
+def test_a_joint_that_stands_still_stays_at_its_centre():
+    still = Fourier(2.0, np.array([0.3, -0.4]), *np.zeros((2, 2, 0)))
     found = still.extremes()
     for side in (found.position.lower, found.position.upper):
         np.testing.assert_array_equal(side, [0.3, -0.4])
@@ -94,7 +86,7 @@ def test_a_joint_that_stands_still_stays_at_its_centre(harmonics):
     np.testing.assert_array_equal(still.at(np.linspace(0, 2, 5)).position, np.tile([0.3, -0.4], (5, 1)))
 
 
-@pytest.mark.parametrize("by", [0.0, 0.9, 3.7, -1.3])
+@pytest.mark.parametrize("by", [0.9, -1.3])
 def test_shifted_begins_later_in_the_same_period(one, by):
     time = np.linspace(0.0, one.period, 50)
     long = replace(one, periods=5)
@@ -117,30 +109,17 @@ def test_scaled_about_its_centre(one):
     assert one.scaled(0.3).periods == one.periods
 
 
-def test_it_ends_as_it_begins_after_every_period():
-    three = series(periods=3)
-    states = three.at(three.period * np.arange(4))
-    assert three.duration == 3 * three.period
-    for kind in KINDS:
-        values = getattr(states, kind)
-        np.testing.assert_allclose(values, np.tile(values[0], (4, 1)), atol=1e-9 * np.abs(values).max())
-
-
-def test_there_is_nothing_after_its_end():
-    with pytest.raises(
-        OutsideTrajectory, match="time 3.8 s is outside the trajectory, which lasts from 0 to 3.7 s"
-    ):
-        series().at(np.array([0.0, 3.8]))
-
-
-@pytest.mark.parametrize(("period", "periods"), [(0.0, 1), (-1.0, 1), (np.nan, 1), (2.0, 0), (np.inf, 1)])
-def test_a_period_that_is_none_is_refused(period, periods):
-    with pytest.raises(BadLimits, match="period .* expected at least"):
-        series(period=period, periods=periods)
-
-
-def test_shapes_that_do_not_fit_are_refused():
-    with pytest.raises(BadLimits, match=r"sine \(3, 5\), cosine \(3, 4\)"):
-        Fourier(1.0, np.zeros(3), np.zeros((3, 5)), np.zeros((3, 4)))
-    with pytest.raises(BadLimits, match=r"centre \(2,\)"):
-        Fourier(1.0, np.zeros(2), np.zeros((3, 5)), np.zeros((3, 5)))
+@pytest.mark.parametrize(
+    ("make", "error", "message"),
+    [
+        (lambda: series(period=0.0), BadLimits, "period .* expected at least"),
+        (lambda: series(period=np.nan), BadLimits, "period .* expected at least"),
+        (lambda: series(periods=0), BadLimits, "period .* expected at least"),
+        (lambda: replace(series(), cosine=np.zeros((3, 4))), BadLimits, r"sine \(3, 5\), cosine \(3, 4\)"),
+        (lambda: replace(series(), centre=np.zeros(2)), BadLimits, r"centre \(2,\)"),
+        (lambda: series().at(np.array([3.8])), OutsideTrajectory, "time 3.8 s is outside .* from 0 to 3.7 s"),
+    ],
+)
+def test_what_makes_no_series_and_times_outside_it_are_refused(make, error, message):
+    with pytest.raises(error, match=message):
+        make()
