@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identification.fit.fit_file import write_fit
 
 from ...parts.small import small_fit, two_joint_files
 
@@ -68,7 +69,7 @@ def test_without_drive_gains_there_is_no_force(folder, capsys):
     """Torques are in amperes; newtons would be untrue."""
     fit = small_fit.plain_fit()
     robot = replace(fit.model.robot, drive_gain=np.ones(2))
-    replace(fit, model=replace(fit.model, robot=robot)).save("bare.json")
+    write_fit(replace(fit, model=replace(fit.model, robot=robot)), "bare.json")
     assert main(["contact", "loaded.mcap", "--fit", "bare.json", *FREE, "--json", "out.json"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "torque [A]" in printed
