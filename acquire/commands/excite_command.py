@@ -119,7 +119,7 @@ LIMITS = (
 
 ITERATIONS = Option(
     "--iterations N",
-    "iterations of each start instead of a search time, so that a slow or busy computer plans the same motion",
+    "iterations of each start, not a search time, so that a slow or busy computer plans the same motion",
     integer,
 )
 SEARCHING = (
