@@ -39,7 +39,6 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("--seed", type=int, default=1, help="another set of cases")
     parser.add_argument("--only", nargs="+", metavar="EFFECT", help="only cases of these effects")
-    parser.add_argument("--make", action="store_true", help="make the cases, and answer none")
     parser.add_argument(
         "--resume", action="store_true", help="with --keep: make and answer only cases that are not answered"
     )
@@ -97,8 +96,6 @@ def main(options: argparse.Namespace) -> dict[str, Any]:
             warm_up()
             done = before(folder, "answers.json", options.resume)
             make_all([case for case in cases if case.name not in done], folder, pool)
-        if options.make:
-            return {"cases": len(cases)}
         only = None if options.made else {case.name for case in cases}
         files = {"product": "answers.json"} | ({"bare": "answers-bare.json"} if options.bare else {})
         return print_scores(

@@ -253,8 +253,7 @@ class Robot:
     recorder: Recorder  # How it is recorded
     prior: Prior  # The nominal model
     touched: str = ""  # Run in which there is a contact; elsewhere there is none
-    # Largest torques of ordinary motion, (n,) [N m]
-    peak: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    peak: np.ndarray = field(default_factory=lambda: np.zeros(0))  # Torques of ordinary motion, (n,) [N m]
 
     def with_machine(self, **changes: object) -> "Robot":
         """Other values of the machine."""

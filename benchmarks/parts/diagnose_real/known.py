@@ -26,8 +26,7 @@ class Known:
     joints: tuple[int, ...]  # Where, from 0
     how: str  # It is known
     size: str  # In words
-    # Number of a finding -> lowest and highest known value
-    sizes: Mapping[str, Range] = field(default_factory=dict)
+    sizes: Mapping[str, Range] = field(default_factory=dict)  # Number -> lowest and highest known value
     # Number of a finding -> where it has to be for the finding to be this effect
     shape: Mapping[str, Range] = field(default_factory=dict)
     first: bool = False  # Whether the first finding of that effect has to be this one

@@ -46,8 +46,7 @@ class PeerResult:
     name: str  # Which tool
     condition: float  # Of the best trajectory that keeps to the limits; infinite where there is none
     seconds: float  # CPU time it took [s]
-    # When it first held a feasible trajectory so good: seconds, condition number
-    history: list[tuple[float, float]]
+    history: list[tuple[float, float]]  # Seconds and condition number of each better trajectory
     note: str  # What it did and what its best trajectory violates
 
 

@@ -251,8 +251,7 @@ class Scene:
     columns: Columns  # The log
     known: Known  # What is true of it
     arm: str  # The arm's URDF or MJCF
-    # robot.toml by which it is imported; "" to import it by `arm`, or the name of a built-in robot
-    robot: str
+    robot: str  # robot.toml of the import; "" for `arm`; or the name of a built-in robot
     joints: tuple[str, ...]  # Names of the joints
     effort: str = ""  # Option --effort of import
 
@@ -337,10 +336,3 @@ def servos() -> Scene:
 
 SCENES: dict[str, Callable[[], Scene]] = {"cobot": cobot, "six": six, "legs": legs, "servos": servos}
 """Right logs by name."""
-
-
-def built_in_urdf(name: str) -> str:
-    """A built-in robot as a URDF."""
-    from exidyn.identification.robot_files.robot_text import urdf_text
-
-    return urdf_text(read_model(name))

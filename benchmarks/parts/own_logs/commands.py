@@ -18,8 +18,10 @@ from exidyn.acquire.command_line import main
 from exidyn.identification.model import Model
 from exidyn.identification.plausible.gate import suspect
 from exidyn.identification.recordings.recording import Recording
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.robot_files.robot_text import urdf_text
 
-from .arms import Columns, Scene, built_in_urdf
+from .arms import Columns, Scene
 from .mistakes import INIT, WALK, Mistake
 from .tables import Statement, altered, of_init
 
@@ -199,7 +201,7 @@ def _written(mistake: Mistake, scene: Scene, columns: Columns, folder: Path) -> 
     stated = mistake.robot or scene.robot
     described = scene.arm
     if mistake.robot in BUILT_IN:
-        described = built_in_urdf(mistake.robot)
+        described = urdf_text(read_model(mistake.robot))
     elif mistake.robot.startswith("<mujoco"):
         described = mistake.robot
     arm = folder / f"arm{'.xml' if described.startswith('<mujoco') else '.urdf'}"

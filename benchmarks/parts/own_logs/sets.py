@@ -41,8 +41,7 @@ class RealSet:
     """Recordings of one arm which are right by their README."""
 
     folder: str  # Folder of the set
-    # Names of its runs, or of those that represent many; the first stands for all with --quick
-    runs: tuple[str, ...]
+    runs: tuple[str, ...]  # Names of its runs; the first stands for all with --quick
     robot: str  # Its robot file, in its folder
     drive: str = ""  # Lines of robot.toml that state what the README says beside that file
     options: dict[str, Any] = field(default_factory=dict)  # Options of the importer

@@ -20,8 +20,7 @@ class Known:
     # servos follow commands; "" where nobody knows
     effort: str
     gain: np.ndarray | None  # Of the drives [N m per unit], shape (n,); None where nobody knows
-    # Names by signal in the order of the robot's joints, those that must be found
-    columns: dict[str, list[str]]
+    columns: dict[str, list[str]]  # Names by signal, in the order of the robot's joints
     gravity: bool = True  # Whether the arm is known to stand as it is described
 
 

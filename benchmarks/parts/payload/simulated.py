@@ -41,10 +41,8 @@ class Arm:
     source: str  # Built-in name, or path in the folder of data
     masses: tuple[float, ...]  # Payloads [kg]
     size: float  # Distance of a payload's points from the flange [m]
-    # Rated torque of each joint, which scales friction [N m]; 0 if the file states friction
-    torque: tuple[float, ...] = ()
-    # Drive gain of each joint [N m/A]; 0 if torque is measured, or if the file states gains
-    gain: float = 0.0
+    torque: tuple[float, ...] = ()  # Rated torque, scales friction [N m]; empty if the file states it
+    gain: float = 0.0  # Drive gain [N m/A]; 0 if torque is measured, or if the file states gains
     speed: float = 0.0  # Largest velocity [rad/s], if the file states no limits
 
     @property

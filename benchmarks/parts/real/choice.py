@@ -31,8 +31,7 @@ class Recipe(NamedTuple):
     """What is chosen by cross-validation."""
 
     laws: tuple[str, ...]  # Key of `EFFECTS` of each joint's dry friction
-    # Speed from which on a joint slides, in the fit [rad/s]; None for `prepare`'s own
-    standstill: float | None
+    standstill: float | None  # Speed from which on a joint slides [rad/s]; None for `prepare`'s
     tolerance: float | None  # Relative standard deviation of the inertias before the data; None for no prior
 
     @property

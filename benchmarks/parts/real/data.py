@@ -45,8 +45,7 @@ class DataSet:
     cutoff: float  # Low-pass through which the README compares torques [Hz]
     moving: float  # Low-passed speed above which the README counts a sample of a joint [rad/s]
     weighed: bool = True  # Whether the description holds inertias that can be trusted
-    # What the description does not state of the drives, fields of `Robot`
-    drives: dict[str, Any] = field(default_factory=dict)
+    drives: dict[str, Any] = field(default_factory=dict)  # Fields of `Robot` that it does not state
     options: dict[str, Any] = field(default_factory=dict)  # Of the importer
 
     @property

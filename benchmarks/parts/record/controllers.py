@@ -7,16 +7,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from can_arm import canopen_settings, mit_settings
-from peer_process import NoBus as NoBus
-from peer_process import Peer
-from servo_units import dynamixel_settings, feetech_settings
-from ur_settings import ur_settings
-
 from exidyn.acquire.run.arms import make_driver
 from exidyn.drivers import Driver
 from exidyn.drivers.kuka_rsi.config import config_text, standard_config
 from exidyn.identification.simulation.plant import typical_plant
+from tests.peers.can_arm import canopen_settings, mit_settings
+from tests.peers.peer_process import NoBus as NoBus
+from tests.peers.peer_process import Peer
+from tests.peers.servo_units import dynamixel_settings, feetech_settings
+from tests.peers.ur_settings import ur_settings
 
 from .run import FR3, MODEL, ROBOT, START
 
@@ -55,7 +54,7 @@ def franka(folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]
         raise NoBus("pylibfranka or franky_sim is not installed")
     where = ",".join(map(str, FR3.start.tolist()))
     given = ("--robot", FR3.file, f"--start={where}", "--fifo", str(PRIORITY), *arguments)
-    with Peer("franka_controller.py", *given) as peer:
+    with Peer("franka_controller.py", *given, shared=False) as peer:
         table = {"address": peer.address, "buffer": FRANKA_BUFFER, **settings}
         yield Controlled(make_driver("franka", table, FR3.model.robot), peer)
 
@@ -83,9 +82,8 @@ def rsi_config(folder: Path) -> Path:
 def krc(config: Path, *arguments: str) -> Peer:
     """A KUKA controller."""
     window = ("--axiscorr", f"{WINDOW:g}", "--axiscorrmon", f"{WINDOW:g}")
-    return Peer(
-        "krc.py", "--config", str(config), "--robot", ROBOT, "--fifo", str(PRIORITY), *window, *arguments
-    )
+    given = ("--config", str(config), "--robot", ROBOT, "--fifo", str(PRIORITY), *window, *arguments)
+    return Peer("krc.py", *given, shared=False)
 
 
 def _on_a_bus(script: str, name: str, settings_of: Callable[..., dict[str, Any]], *always: str) -> Any:
@@ -93,7 +91,7 @@ def _on_a_bus(script: str, name: str, settings_of: Callable[..., dict[str, Any]]
     def controller(
         folder: Path, settings: Mapping[str, Any], arguments: tuple[str, ...]
     ) -> Iterator[Controlled]:
-        with Peer(script, "--robot", ROBOT, *always, *arguments) as peer:
+        with Peer(script, "--robot", ROBOT, *always, *arguments, shared=False) as peer:
             yield Controlled(make_driver(name, settings_of(peer.address) | settings, MODEL.robot), peer)
 
     return controller

@@ -114,8 +114,8 @@ class Trigger:
         elif verb and since == 0:
             assert self._peer is not None
             if verb == "pause":
-                self._peer.process.send_signal(signal.SIGSTOP)
-                Timer(float(rest), self._peer.process.send_signal, (signal.SIGCONT,)).start()
+                os.kill(self._peer.process.pid, signal.SIGSTOP)
+                Timer(float(rest), os.kill, (self._peer.process.pid, signal.SIGCONT)).start()
             else:
                 self._peer.tell(self._fault.action)
 

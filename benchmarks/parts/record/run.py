@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import peer_process
 
 from exidyn.acquire.run.frames import END, text_frame
 from exidyn.acquire.run.perform import Job, Outcome, perform
@@ -61,7 +60,7 @@ class BenchArm:
 
 
 COBOT = BenchArm("cobot")
-FR3 = BenchArm(str(Path(peer_process.__file__).with_name("fr3.toml")))
+FR3 = BenchArm(str(Path(__file__).parents[3] / "tests" / "peers" / "fr3.toml"))
 """Of a driver whose controller has seven joints."""
 ROBOT, MODEL, START = COBOT.file, COBOT.model, COBOT.start
 TICK = 0.02

@@ -41,20 +41,16 @@ HELD_BACK = 0.5
 """Of a Franka's commands, for the same purpose [s]; the arm follows that much later."""
 MEANING = f"""\
   missed    cycles without an exchange, and those in which a joint was silent; the floor's are those that it
-            slept through, and for controllers with a clock, what came later than the next. A run would be
-            stopped by them; here it is not, so that they can be counted
+            slept through, and for controllers with a clock, what came later than the next
   late      from the deadline of a cycle until the loop runs; for the mock, that includes its own arithmetic
   kuka_rsi  from a telegram until the controller has the answer, as the controller measures it
   ur_rtde   from a package's time stamp until the loop runs, over the quickest of the same part of the run;
             the controller's own lateness and the network are in it. So are those of franka, whose states pass
             through a process of the driver's on the same processor, and wait while the loop is late
   floor     the same for a loop in C that does nothing, at the same time and cycle, on the loop's processor
-            and one priority above, so that it shows the machine and never waits for the loop. Where the
-            controller has the clock, sessions with other such controllers, one before and one after, in real
-            time on the same processor: for kuka_rsi six lines of Python that answer, for ur_rtde and franka
-            as many that take in what comes
-  p99       of lateness: the median of the p99 of {BLOCKS} parts of the run, likewise for the floor: one burst
-            of a machine that others use too does not decide. p50 and max are of the whole run
+            and one priority above. Where the controller has the clock, sessions with other such controllers,
+            one before and one after, of six lines of Python
+  p99       of lateness: the median of the p99 of {BLOCKS} parts of the run, likewise for the floor
   work      of the loop's thread in a cycle, driver and loop together, without waiting; p99 of the whole run
   peer      simulates drives and arm on another processor than the loop's where there is one, as the recorder
             is; a controller would be on none of this computer's"""

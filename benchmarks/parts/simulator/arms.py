@@ -28,8 +28,7 @@ class Usual(NamedTuple):
     """What one joint of the original file does in a random motion."""
 
     torque: float  # RMS torque of the motor [N m]
-    # Smallest torque that counts as friction of its size: the file's own, or a share of `torque` [N m]
-    friction: float
+    friction: float  # Smallest torque that counts: the file's friction, or a share of `torque` [N m]
     velocity: float  # RMS velocity [rad/s]
     inertia: float  # Inertia that the joint moves at the file's reference pose, with the rotor [kg m^2]
 

@@ -44,10 +44,8 @@ class Case(NamedTuple):
     name: str  # Of the case
     path: Path  # Of the file
     nominal: Model  # What the file describes
-    # The same with what is concealed; None where the file is the real arm, as MuJoCo has it
-    real: Model | None
-    # Names of effects and joints, from 0, that a diagnosis has to name
-    concealed: tuple[tuple[str, int], ...]
+    real: Model | None  # The same with what is concealed; None where the file is the real arm
+    concealed: tuple[tuple[str, int], ...]  # Effects and joints, from 0, to be named
 
 
 def read_hinges(path: Path) -> tuple[mujoco.MjModel, Model]:

@@ -161,8 +161,7 @@ class Motion(NamedTuple):
     command: np.ndarray  # Commanded positions, shape (t, n) [rad]
     position: np.ndarray  # Positions, shape (t, n) [rad]
     velocity: np.ndarray  # Velocities, shape (t, n) [rad/s]
-    # Torques of the motors, means over a sampling period around each sample, shape (t, n) [N m]
-    torque: np.ndarray
+    torque: np.ndarray  # Torques of the motors, means over a sampling period, (t, n) [N m]
     # What MuJoCo's sensors of these torques read, which take an implicit damping at the velocity before the
     # step, shape (t, n) [N m]
     sensed: np.ndarray

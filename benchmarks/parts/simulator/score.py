@@ -19,11 +19,9 @@ from .real_arm import Item
 class Said(NamedTuple):
     """What was said about an arm; joints are indices from 0."""
 
-    # Effect and joint of each finding; joint -1 for a finding about the whole arm
-    findings: frozenset[tuple[str, int]]
+    findings: frozenset[tuple[str, int]]  # Effect and joint of each finding; -1 for the whole arm
     servos: frozenset[tuple[str, int]]  # Quantity and joint of each changed servo
-    # Attribute and joint of each changed number of the file, of a joint or of its body
-    numbers: frozenset[tuple[str, int]]
+    numbers: frozenset[tuple[str, int]]  # Attribute and joint of each changed number of the file
     changed: frozenset[tuple[str, str]]  # Element and attribute of every change in the file, of servos too
     file: bytes  # Text of the file
     attached: bytes  # Text of the file to which effects are attached

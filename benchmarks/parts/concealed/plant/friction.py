@@ -14,10 +14,8 @@ class Friction(NamedTuple):
     viscous: np.ndarray  # What motors feel of their own and of each other's speed, (n, n) [N m s/rad]
     bristle: np.ndarray  # Presliding distance of the LuGre bristles, (n,) [rad]
     damping: np.ndarray  # Micro-damping of the bristles, (n,) [N m s/rad]
-    # Velocity over which the sign turns where there are no bristles, (n,) [rad/s]; zero: bristles
-    creep: np.ndarray
-    # Share by which forward friction is larger than the mean, dry and viscous, (n, 2) [-]
-    asymmetry: np.ndarray
+    creep: np.ndarray  # Velocity of sign reversal without bristles, (n,) [rad/s]; 0: bristles
+    asymmetry: np.ndarray  # Share by which forward friction exceeds the mean, dry and viscous, (n, 2)
     rise: np.ndarray  # Friction at standstill above the sliding one, (n,) [N m]
     fade: np.ndarray  # Velocity at which it is gone to 1/e, (n,) [rad/s]
     load: np.ndarray  # Dry friction per torque carried, (n,) [-]
@@ -28,8 +26,7 @@ class Friction(NamedTuple):
     neighbour: np.ndarray  # Share more dry friction per sine of another joint's angle, (n, n) [-]
     block: np.ndarray  # Torque at which each sliding block gives way, (n, m) [N m]
     give: np.ndarray  # Deflection at which it does, (n, m) [rad]
-    # Joints whose sum of speeds turns a common gear, and the second's ratio, (3,); first -1: none
-    pair: np.ndarray
+    pair: np.ndarray  # Joints that turn a common gear, ratio of the second, (3,); first -1: none
     common: np.ndarray  # Dry friction and presliding distance of that gear, (2,) [N m, rad]
 
 
@@ -137,10 +134,8 @@ class Machine(NamedTuple):
     hose: np.ndarray  # Stiffness of a hose from the flange to an anchor, and where that is, (4,) [N/m, m]
     shake: np.ndarray  # Amplitude of the floor's acceleration, its frequency, (4,) [m/s^2, Hz]
     miscount: np.ndarray  # What the encoders read too little, (n,) [rad]
-    # Amplitude, waves a turn and phase of what uneven encoder rings add to it, (n, 3) [rad, 1, rad]
-    ring: np.ndarray
-    # Mass that swings on the flange, stiffness and damping of its mount, (3,) [kg, N/m, N s/m]
-    loose: np.ndarray
+    ring: np.ndarray  # Amplitude, waves a turn, phase of uneven encoder rings, (n, 3) [rad, 1, rad]
+    loose: np.ndarray  # Mass swinging on the flange, stiffness, damping, (3,) [kg, N/m, N s/m]
     spindle: np.ndarray  # Angular momentum of what spins on the flange, in its frame, (3,) [N m s]
     count: np.ndarray  # Step of the drive's encoder, (n,) [rad]
     heat: np.ndarray  # Warming by friction power, (n,) [K/J]
