@@ -159,6 +159,12 @@ def test_what_cannot_be_asked_is_a_warning_and_the_rest_is_answered(tmp_path, ca
     assert "Short is left out: 1.00 s is too short for filters" in text
     assert "No run was held out, so an improved fit proves nothing" in text
     assert "Temperatures were not recorded" in text
+    time = first.signals["position"].time
+    warm = Signal(time, np.full((len(time), 2), 31.0) + 0.01 * time[:, None])
+    _, warnings = usable(
+        nominal_model(), [("identify", replace(first, signals={**first.signals, "temperature": warm}))]
+    )
+    assert not any("temperatures were not recorded" in warning for warning in warnings)
 
 
 @pytest.mark.parametrize(
@@ -180,15 +186,6 @@ def test_what_is_wrong_is_reported_in_one_line(arguments, message, runs, tmp_pat
     assert main(["diagnose", *given]) == REFUSED
     [line] = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
     assert message in line
-
-
-def test_temperatures_that_are_there_are_no_warning():
-    one = recordings()[0]
-    time = one.signals["position"].time
-    warm = Signal(time, np.full((len(time), 2), 31.0) + 0.01 * time[:, None])
-    for signals, warned in ((one.signals, True), ({**one.signals, "temperature": warm}, False)):
-        _, warnings = usable(nominal_model(), [("identify", replace(one, signals=signals))])
-        assert any("temperatures were not recorded" in warning for warning in warnings) == warned
 
 
 def test_the_page_opens_with_the_budget_and_has_what_is_undecided_moments_and_candidates():

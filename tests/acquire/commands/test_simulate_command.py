@@ -8,6 +8,7 @@ from scipy.interpolate import make_interp_spline
 
 import exidyn as ex
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.identification.arm.motion import Motion
 from exidyn.identification.effects import Payload, Prior, RotorInertia, known_parameters
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.fit.identified import identified
@@ -56,14 +57,8 @@ def test_a_simulation_is_a_recording(folder, capsys):
     assert "largest deviation from the command: shoulder" in printed
     assert "written: sim.mcap" in text
     run = read_recording("sim.mcap")
-    assert set(run.signals) == {
-        "position",
-        "velocity",
-        "current",
-        "temperature",
-        "command",
-        "command_velocity",
-    }
+    names = {"position", "velocity", "current", "temperature", "command", "command_velocity"}
+    assert set(run.signals) == names
     assert run.robot.joints == ("shoulder", "elbow")
     assert run.trajectory == (folder / "plan.toml").read_text(encoding="utf-8")
     position, command = (run.signals[name].values for name in ("position", "command"))
@@ -87,27 +82,16 @@ def test_currents_are_those_of_the_model_with_what_it_carries():
     assert current_error(replace(run, payload=None), run.model) > 0.05
 
 
-def test_a_payload_of_the_model_is_in_the_recording(folder):
-    assert simulate("--payload", "tool") == 0
-    run = read_recording("sim.mcap")
-    assert run.payload == KnownPayload("tool", BODY)
-
-
 def current_error(run, model):
     """Rms of recorded current minus inverse dynamics of the recorded positions, over the rms current."""
     position = run.signals["position"]
     spline = make_interp_spline(position.time, position.values, 5)
-    motion = run_motion(position.time, [spline(position.time, order) for order in range(3)], run)
+    states = [spline(position.time, order) for order in range(3)]
+    motion = Motion.of(position.time, *states, payload=run.payload.name if run.payload else "")
     expected = exact_current(model, model.nominal_values, model.robot.drive_gain, motion)
     inside = slice(50, -50)
     wrong = (run.signals["current"].values - expected)[inside]
     return np.sqrt(np.mean(wrong**2) / np.mean(expected[inside] ** 2))
-
-
-def run_motion(time, states, run):
-    from exidyn.identification.arm.motion import Motion
-
-    return Motion.of(time, *states, payload=run.payload.name if run.payload else "")
 
 
 def test_the_same_arguments_give_the_same_file(folder):
@@ -133,12 +117,14 @@ def test_elastic_gears_show_behind_them():
     assert twist[1] < 1e-9
 
 
-def test_half_the_speed_takes_twice_the_time(folder):
+def test_half_the_speed_takes_twice_the_time_and_a_payload_is_in_the_recording(folder):
     assert simulate() == 0
     whole = read_recording("sim.mcap").duration
     assert simulate("--speed", "50") == 0
     longer = read_recording("sim.mcap").duration
     assert longer - whole == pytest.approx(MOTION.duration, abs=1.0)
+    assert simulate("--payload", "tool") == 0
+    assert read_recording("sim.mcap").payload == KnownPayload("tool", BODY)
 
 
 @pytest.mark.parametrize(
@@ -154,12 +140,9 @@ def test_what_does_not_fit_is_refused_in_a_line(folder, capsys, arguments, messa
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
-    assert not (folder / "sim.mcap").exists()
-
-
-def test_a_plan_for_other_joints_is_refused(folder, capsys):
     assert simulate(source="kr270") == REFUSED
     assert "the plan is for the joints shoulder, elbow" in capsys.readouterr().err
+    assert not (folder / "sim.mcap").exists()
 
 
 def test_export_writes_and_reports_what_is_missing(folder, capsys):
@@ -176,6 +159,10 @@ def test_export_to_a_robot_file_leaves_nothing_out(folder, capsys):
     assert capsys.readouterr().out == "toml represents everything\n"
     back = parse_model((folder / "two_joints-export.toml").read_text())
     np.testing.assert_allclose(back.nominal_values, identified(fit()).nominal_values, rtol=1e-9, atol=1e-9)
+    before = (folder / "robot.toml").read_text()
+    assert main(["export", "robot.toml", "--to", "toml", "-o", "robot.toml"]) == REFUSED
+    assert "--output would overwrite a file that is read; name another" in capsys.readouterr().err
+    assert (folder / "robot.toml").read_text() == before
 
 
 def test_export_of_a_recording_is_a_table_that_import_reads(folder, capsys):
@@ -192,10 +179,3 @@ def test_export_of_a_recording_is_a_table_that_import_reads(folder, capsys):
         for name, signal in run.signals.items():
             assert np.array_equal(back.signals[name].values, signal.values)
     assert main(["export", "robot.toml", "--to", "csv"]) == REFUSED
-
-
-def test_export_does_not_write_over_its_source(folder, capsys):
-    before = (folder / "robot.toml").read_text()
-    assert main(["export", "robot.toml", "--to", "toml", "-o", "robot.toml"]) == REFUSED
-    assert "--output would overwrite a file that is read; name another" in capsys.readouterr().err
-    assert (folder / "robot.toml").read_text() == before

@@ -72,6 +72,8 @@ def test_the_arm_of_watch_is_that_of_the_fit(tmp_path, capsys):
     arguments = ["--robot", str(tmp_path / "robot.toml"), "--fit", str(tmp_path / "fit.json")]
     assert main(["watch", "--driver", "mock", *arguments, "--length", "0.1"]) == REFUSED
     assert "is of two joints, an arm with other geometry than --robot" in capsys.readouterr().err
+    assert main(["watch", "--driver", "mock", "--robot", "cobot", "--free", "run.mcap"]) == REFUSED
+    assert "--free is for a threshold of contact; name the fit with --fit" in capsys.readouterr().err
 
 
 def test_words_of_a_reading():
@@ -99,23 +101,9 @@ def test_words_of_a_reading():
 def test_watch_estimates_on_the_mock(tmp_path, monkeypatch, capsys):
     write_fit(small_fit.fit(), tmp_path / "fit.json")
     monkeypatch.chdir(tmp_path)
-    arguments = [
-        "--fit",
-        "fit.json",
-        "--driver",
-        "mock",
-        "--length",
-        "2",
-        "--json",
-        "-",
-    ]
+    arguments = ["--fit", "fit.json", "--driver", "mock", "--length", "2", "--json", "-"]
     assert main(["watch", *arguments]) == 0
     last = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert last["joints"] == ["shoulder", "elbow"]
     assert np.all(np.isfinite(last["external_torque"]))
     assert last["contact_from"] == [None, None]
-
-
-def test_runs_without_contact_need_a_fit(tmp_path, capsys):
-    assert main(["watch", "--driver", "mock", "--robot", "cobot", "--free", "run.mcap"]) == REFUSED
-    assert "--free is for a threshold of contact; name the fit with --fit" in capsys.readouterr().err

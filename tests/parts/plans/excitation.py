@@ -6,11 +6,13 @@ import numpy as np
 
 from exidyn.identification.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
 from exidyn.identification.model import Model
+from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.problem import Basis
 from exidyn.trajectories.search.setting import Setting
+from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ..small import two_joints
 
@@ -51,3 +53,39 @@ def setting(**options):
 def along(function, at, direction, step=1e-6):
     """Central difference of a function along a direction."""
     return (function(at + step * direction) - function(at - step * direction)) / (2 * step)
+
+
+def kinematic_share(series, kept):
+    """Largest share of a kinematic limit that a series about its centre uses, by joint."""
+    reached = series.extremes()
+    shares = [
+        (reached.position.upper - series.centre) / (kept.position_upper - series.centre),
+        (reached.position.lower - series.centre) / (kept.position_lower - series.centre),
+        reached.velocity.upper / kept.velocity,
+        reached.velocity.lower / kept.velocity_lower,
+        reached.acceleration.upper / kept.acceleration,
+        reached.acceleration.lower / kept.acceleration_lower,
+        reached.jerk.upper / kept.jerk,
+        -reached.jerk.lower / kept.jerk,
+    ]
+    return np.max(shares, axis=0)
+
+
+def nothing_violated(motion, of, kept, clearances=()):
+    """Whether a motion of a goal keeps to all limits with every payload, and clear of everything."""
+    bound = TorqueBound(of.model, kept.torque, of.payloads)
+    for payload in of.payloads:
+        assert not check(motion, kept, TICK, bound.of(payload))
+    for clearance in clearances:
+        assert clearance.worst(motion).allowed
+
+
+def shifted(function, motion, random, step=1e-6):
+    """A random direction of position, velocity and acceleration, and the function's slope along it."""
+    names = ("position", "velocity", "acceleration")
+    shift = {name: random.normal(size=motion.position.shape) for name in names}
+    sides = [
+        function(replace(motion, **{name: getattr(motion, name) + side * by for name, by in shift.items()}))
+        for side in (step, -step)
+    ]
+    return shift, (sides[0] - sides[1]) / (2 * step)

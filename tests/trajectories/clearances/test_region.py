@@ -10,6 +10,7 @@ from exidyn.trajectories.clearances.configurations import clear_position, random
 from exidyn.trajectories.clearances.region import HalfSpace, Region, box, read_regions
 from exidyn.trajectories.errors import BadLimits, Infeasible
 
+from ...parts.plans.clearance_checks import bound_is_proved, differences
 from ...parts.plans.sine_motion import SineMotion, sine_motion
 from ...parts.runs.robots import sliding
 from ...parts.small import two_joints
@@ -26,16 +27,6 @@ def region(robot, walls=WALLS, radius=0.03):
     return Region.of(robot, "flange", walls, [0.1, -0.05, 0.2], radius)
 
 
-def differences(function, position, step=1e-6):
-    return np.stack(
-        [
-            (function(position + step * unit) - function(position - step * unit)) / (2 * step)
-            for unit in np.eye(position.shape[1])
-        ],
-        axis=-1,
-    )
-
-
 def test_margins_are_distances_to_the_walls():
     robot = sliding()
     position = random_positions(robot, 8)
@@ -48,16 +39,21 @@ def test_margins_are_distances_to_the_walls():
         np.testing.assert_allclose(margins[row], expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("point", ["flange", "slide", "tool", "upper", "mast", "pan"])
-def test_gradient_meets_finite_differences(tmp_path, point):
+@pytest.mark.parametrize("point", ["flange", "slide", "tool", "mast"])
+def test_points_are_of_their_frames_and_gradients_meet_finite_differences(tmp_path, point):
+    """The tool is fixed at an angle on what slides."""
     robot, _ = small_arm(tmp_path)
     kept = Region.of(robot, point, WALLS, [0.1, -0.05, 0.2])
-    position = random_positions(robot, 20)
+    position, data = random_positions(robot, 20), robot.kinematics.createData()
     margin, gradient = kept.gradient(position)
     np.testing.assert_allclose(margin, kept.margins(position), atol=1e-12)
     np.testing.assert_allclose(gradient, differences(kept.margins, position), atol=1e-8)
     reach = kept.reach(np.max(np.abs(position), axis=0))
     assert np.all(np.abs(gradient) <= reach + 1e-12)
+    if point == "tool":
+        pin.framesForwardKinematics(robot.kinematics, data, position[0])
+        expected = data.oMf[robot.kinematics.getFrameId("tool")].act(np.array([0.1, -0.05, 0.2]))
+        np.testing.assert_allclose(kept.points(position[:1])[0], expected, atol=1e-12)
 
 
 def test_a_point_of_the_base_stays(tmp_path):
@@ -68,25 +64,9 @@ def test_a_point_of_the_base_stays(tmp_path):
     np.testing.assert_allclose(kept.margins(position), np.tile([1.0, 0.7, 2.0, 0.4, 0.5 + 1 / 3], (3, 1)))
 
 
-def test_a_frame_is_meant_in_its_own_axes(tmp_path):
-    """The tool is fixed at an angle on what slides."""
-    robot, _ = small_arm(tmp_path)
-    position, data = random_positions(robot, 1)[0], robot.kinematics.createData()
-    pin.framesForwardKinematics(robot.kinematics, data, position)
-    frame = data.oMf[robot.kinematics.getFrameId("tool")]
-    found = Region.of(robot, "tool", WALLS, [0.1, 0.2, 0.3]).points(position[None])[0]
-    np.testing.assert_allclose(found, frame.act(np.array([0.1, 0.2, 0.3])), atol=1e-12)
-
-
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_nothing_on_a_trajectory_is_nearer_than_proved(seed):
-    robot = sliding()
-    kept, trajectory = region(robot), sine_motion(robot, seed)
-    found = kept.worst(trajectory)
-    seen = kept.margins(trajectory.every(1e-3).position)
-    assert found.bound <= np.min(seen) + 1e-12
-    assert found.bound <= found.margin <= found.bound + max(RESOLUTION, 0.1 * found.margin) + 1e-12
-    assert found.name in kept.names
+    bound_is_proved(region(sliding()), sine_motion(sliding(), seed))
 
 
 @pytest.mark.parametrize(("phase", "peak"), [(0.0, 0.075), (np.pi / 2, 0.05)])
@@ -132,36 +112,33 @@ def test_a_region_out_of_reach_is_named_with_the_nearest_miss():
     assert "elbow" in str(caught.value)
 
 
-def test_limits_count_among_what_keeps_it_out():
-    robot = two_joints.arm()
-    robot.limits.position_lower[:], robot.limits.position_upper[:] = 0.5, 1.0  # about y, and so down
-    up = Region.of(robot, "flange", box(np.array([-np.inf, -np.inf, 0.3]), EVERYWHERE))
-    with pytest.raises(Infeasible, match="flange z >= 0.3 m by 0."):
-        clear_position(robot, [up])
-
-
-def test_an_unknown_point_lists_the_valid_ones():
-    with pytest.raises(RobotError, match="no point 'hand'. Valid: flange, shoulder, elbow"):
-        Region.of(two_joints.arm(), "hand", WALLS)
-
-
-def test_a_box_turned_inside_out_is_refused():
-    with pytest.raises(BadLimits, match="lower y = 1 m is not below upper 0 m"):
-        box(np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 1.0]))
-
-
 @pytest.mark.parametrize(
-    ("walls", "radius"), [([], 0.0), (WALLS, -0.1), (WALLS, np.nan), (box(-EVERYWHERE, EVERYWHERE), 0.0)]
+    ("make", "error", "message"),
+    [
+        (
+            lambda: Region.of(two_joints.arm(), "flange", [], radius=0.0),
+            BadLimits,
+            "expected at least one wall",
+        ),
+        (lambda: Region.of(two_joints.arm(), "flange", WALLS, radius=np.nan), BadLimits, "expected at least"),
+        (
+            lambda: Region.of(two_joints.arm(), "hand", WALLS),
+            RobotError,
+            "no point 'hand'. Valid: flange, shoulder",
+        ),
+        (
+            lambda: box(np.zeros(3), np.array([1.0, -1.0, 1.0])),
+            BadLimits,
+            "lower y = 0 m is not below upper -1 m",
+        ),
+        (lambda: HalfSpace.of(np.zeros(3), 1.0), BadLimits, "half-space"),
+        (lambda: HalfSpace.of(np.array([0.0, 0.0, 1.0]), np.inf), BadLimits, "half-space"),
+        (lambda: read_regions({"lower": 1}, two_joints.arm()), RobotError, "expected rows headed"),
+    ],
 )
-def test_a_region_without_walls_or_with_a_negative_ball_is_refused(walls, radius):
-    with pytest.raises(BadLimits, match="expected at least one wall"):
-        Region.of(two_joints.arm(), "flange", walls, radius=radius)
-
-
-@pytest.mark.parametrize(("normal", "offset"), [([0, 0, 0], 1.0), ([0, 0, 1], np.inf), ([np.nan, 0, 1], 1.0)])
-def test_a_half_space_without_direction_or_place_is_refused(normal, offset):
-    with pytest.raises(BadLimits, match="half-space"):
-        HalfSpace.of(np.array(normal, float), offset)
+def test_what_makes_no_region_is_refused(make, error, message):
+    with pytest.raises(error, match=message):
+        make()
 
 
 TOML = """
@@ -198,9 +175,7 @@ def test_regions_are_read_from_toml():
     ("row", "message"),
     [
         ({"lowr": [0, 0, 0]}, "region 1: unknown key 'lowr'. Valid keys: half_space, lower"),
-        ({"lower": [0, 0]}, "region 1 lower: 2 values, expected 3"),
         ({"upper": [1, 1, float("nan")]}, "expected a number; found nan"),
-        ({"half_space": [{"normal": [1, 0, 0]}]}, "half_space offset: expected a number; found None"),
         ({"half_space": [{"normal": 1, "offset": 1, "at": 2}]}, "unknown key 'at'"),
         ({"radius": -1, "upper": [1, 1, 1]}, "radius: -1 is less than 0"),
     ],
@@ -208,8 +183,3 @@ def test_regions_are_read_from_toml():
 def test_a_wrong_row_is_named(row, message):
     with pytest.raises(RobotError, match=message.replace("[", r"\[")):
         read_regions([row], two_joints.arm())
-
-
-def test_rows_that_are_no_rows():
-    with pytest.raises(RobotError, match="expected rows headed"):
-        read_regions({"lower": 1}, two_joints.arm())

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.arm.motion import Motion
-from exidyn.identification.effects import (
-    JointSpring,
-    SpringBalancer,
-)
+from exidyn.identification.effects import JointSpring, SpringBalancer
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
@@ -18,6 +15,7 @@ from exidyn.trajectories.search.problem import Basis
 from exidyn.trajectories.search.setting import Setting
 from exidyn.trajectories.search.start import random_start
 
+from ...parts.plans.excitation import shifted
 from ...parts.plans.hypotheses import (
     NOISE,
     OBSERVATION,
@@ -50,56 +48,32 @@ PAIRS = {
 @pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
 @pytest.mark.parametrize("power", [2.0, np.inf])
 def test_gradient_of_the_objective(pair, power):
-    payloads = ("", "L")
+    observation = Observation(NOISE, 100.0, ("", "L"))
     hypotheses = tuple(carrying(one()) for one in pair)
-    goal = Discriminate(hypotheses, Observation(NOISE, 100.0, payloads), np.array([[0.0, 0.3], [0.1, 0.0]]))
+    gradient_is_right(Discriminate(hypotheses, observation, np.array([[0.0, 0.3], [0.1, 0.0]])), power)
+
+
+def gradient_is_right(goal, power):
     objective, at = Separate(goal, power), motion()
-    random, step = np.random.default_rng(5), 1e-6
-    shift = {name: random.normal(size=at.position.shape) for name in ("position", "velocity", "acceleration")}
-
-    def value(by):
-        return objective.value(replace(at, **{n: getattr(at, n) + by * s for n, s in shift.items()}))
-
     found, gradient = objective(at)
-    assert found == pytest.approx(value(0.0), rel=1e-12)
-    expected = (value(step) - value(-step)) / (2 * step)
-    along = sum(np.sum(getattr(gradient(), name) * s) for name, s in shift.items())
+    assert found == pytest.approx(objective.value(at), rel=1e-12)
+    shift, expected = shifted(objective.value, at, np.random.default_rng(5))
+    along = sum(np.sum(getattr(gradient(), name) * by) for name, by in shift.items())
     assert along == pytest.approx(expected, rel=2e-5, abs=1e-7)
-
-
-COUPLING = np.array([[1.0, 0.0], [0.8, 1.0]])
-
-
-def coupled(one):
-    return one.changed(lambda of: replace(of, robot=replace(of.robot, coupling=COUPLING)))
 
 
 def test_coupled_drives_are_seen_one_by_one():
     """Rows are the drives' torques, each with its own noise, as those of identification are."""
-    true, rival = coupled(stribeck()), coupled(spring())
-    at = true.model.loaded(motion())
-    seen = OBSERVATION.seen(true, at)
-    on_drives = true.model.torque(at, true.values) @ np.linalg.inv(COUPLING)
-    np.testing.assert_allclose(seen.torque, on_drives / NOISE, rtol=1e-9, atol=1e-9)
-    objective, random, step = (
-        Separate(Discriminate((true, rival), OBSERVATION)),
-        np.random.default_rng(3),
-        1e-6,
+    coupling = np.array([[1.0, 0.0], [0.8, 1.0]])
+    true, rival = (
+        one().changed(lambda of: replace(of, robot=replace(of.robot, coupling=coupling)))
+        for one in (stribeck, spring)
     )
-    shift = random.normal(size=at.position.shape)
-    sides = [objective.value(replace(at, position=at.position + s * shift)) for s in (step, -step)]
-    along = np.sum(objective(at)[1]().position * shift)
-    assert along == pytest.approx((sides[0] - sides[1]) / (2 * step), rel=2e-5, abs=1e-7)
-
-
-def test_gradient_of_three_hypotheses_by_coefficients():
-    goal = Discriminate((balancer(), spring(), stribeck()), OBSERVATION)
-    basis, random = Basis(5.0, 3, 60), np.random.default_rng(2)
-    coefficients, direction = random.normal(size=(2, basis.rows, 2)) / 3
-    objective = Separate(goal, 4.0)
-    gradient = basis.pull(objective(basis.motion(coefficients))[1]())
-    sides = [objective.value(basis.motion(coefficients + s * direction)) for s in (1e-6, -1e-6)]
-    assert np.sum(gradient * direction) == pytest.approx((sides[0] - sides[1]) / 2e-6, rel=1e-5)
+    at = true.model.loaded(motion())
+    on_drives = true.model.torque(at, true.values) @ np.linalg.inv(coupling)
+    np.testing.assert_allclose(OBSERVATION.seen(true, at).torque, on_drives / NOISE, rtol=1e-9, atol=1e-9)
+    gradient_is_right(Discriminate((true, rival), OBSERVATION), 4.0)
+    gradient_is_right(Discriminate((balancer(), spring(), stribeck()), OBSERVATION), 4.0)
 
 
 @pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
@@ -129,15 +103,11 @@ def test_separations_of_two_runs_add_up():
 
 def test_no_separation_from_itself_or_from_what_is_contained():
     free = dict.fromkeys(("Ks1", "Ts1"), np.inf)
-    wider = hypothesis(
-        "wider", SpringBalancer("shoulder", 0.3, 0.2, 0.4), JointSpring(("shoulder",)), deviations=free
-    )
+    effects = SpringBalancer("shoulder", 0.3, 0.2, 0.4), JointSpring(("shoulder",))
+    wider = hypothesis("wider", *effects, deviations=free)
     wider = replace(wider, values=np.append(balancer().values, [0.0, 0.0]))
-    assert separation(balancer(), balancer(), motion(), OBSERVATION).separation == pytest.approx(
-        0.0, abs=1e-12
-    )
-    assert separation(balancer(), wider, motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
-    assert separation(wider, balancer(), motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
+    for true, rival in ((balancer(), balancer()), (balancer(), wider), (wider, balancer())):
+        assert separation(true, rival, motion(), OBSERVATION).separation == pytest.approx(0.0, abs=1e-12)
 
 
 def test_priors_hold_the_rival():

@@ -10,9 +10,6 @@ from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.kinds.payload_motion import AnyPayload, largest_share, payload_plan
-from exidyn.trajectories.kinds.rests import Workspace
-from exidyn.trajectories.kinds.static_poses import static_poses
-from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.random_motion import random_fourier
 
@@ -77,10 +74,3 @@ def test_a_payload_that_is_too_heavy_is_refused() -> None:
         payload_plan(COBOT, AnyPayload(200.0, 0.1), Wishes(), poses=True)
     with pytest.raises(BadLimits, match="largest mass of the payload: 0 kg"):
         AnyPayload(0.0, 0.1)
-
-
-def test_poses_far_apart_at_full_speed_would_not_keep_to_the_limits() -> None:
-    """Without the slow motion about a folded pose, the same payload exceeds a torque limit."""
-    limits, _ = usable(COBOT.robot)
-    run = static_poses(Workspace(limits, 0.002), 6, Model(COBOT.robot, (Payload(""),)))
-    assert largest_share(run.trajectory, COBOT, AnyPayload(8.0, 0.2), Wishes()) > 1.0

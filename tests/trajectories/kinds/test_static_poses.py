@@ -6,9 +6,9 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
 from exidyn.identification.model import Model
-from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.configurations import random_positions
+from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible, NothingToIdentify
 from exidyn.trajectories.kinds.rests import Workspace
 from exidyn.trajectories.kinds.static_poses import APPROACH, DWELL, informative, static_poses
@@ -73,6 +73,12 @@ def test_a_given_start_is_kept_and_the_way_is_short():
     assert length(found.poses) < np.mean(shuffled)
 
 
+def six_bounded():
+    """Six joints, of which each turns 2.5 rad both ways."""
+    far = np.full(6, 2.5)
+    return replace(six_axis(), limits=replace(six_axis().limits, position_lower=-far, position_upper=far))
+
+
 def gravity_information(model, poses):
     """Log determinant by the known columns of gravity alone: what the first moments of the links do."""
     still = np.zeros_like(poses)
@@ -87,7 +93,7 @@ def gravity_information(model, poses):
 
 
 def test_chosen_poses_are_more_informative_than_random_ones():
-    robot = replace(six_axis(), limits=usable_six())
+    robot = six_bounded()
     model = Model(robot, (RigidBody(), CurrentOffset()))
     candidates = random_positions(robot, 200, seed=1)
     best, count = gravity_information(model, candidates[informative(candidates, 6, robot.limits, model)])
@@ -96,15 +102,9 @@ def test_chosen_poses_are_more_informative_than_random_ones():
     assert best - np.median(others) > 0.25 * count  # each unknown's deviation an eighth smaller
 
 
-def usable_six():
-    limits = six_axis().limits
-    far = np.full(6, 2.5)
-    return replace(limits, position_lower=-far, position_upper=far)
-
-
 def test_what_the_way_decides_at_rest_does_not_choose_poses():
     """Hysteresis keeps a torque at rest; between unrelated poses it would be noise."""
-    robot = replace(six_axis(), limits=usable_six())
+    robot = six_bounded()
     candidates = random_positions(robot, 100, seed=1)
     plain = Model(robot, (RigidBody(), CurrentOffset()))
     with_friction = plain + CoulombFriction() + Hysteresis()
@@ -114,65 +114,31 @@ def test_what_the_way_decides_at_rest_does_not_choose_poses():
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_an_arm_that_could_collide_with_itself_never_does(tmp_path, seed):
+def test_an_arm_that_could_collide_with_itself_never_does(tmp_path):
     robot, geometry = small_arm.small_arm(tmp_path)
     collision, limits = Collision.of(robot, geometry), usable(robot).limits
-    model = Model(robot, (RigidBody(), CurrentOffset()))
-    free = static_poses(Workspace(limits, TICK), 8, model, seed=seed)
-    assert not collision.worst(free.trajectory).allowed
-    kept = static_poses(Workspace(limits, TICK, [collision]), 8, model, seed=seed)
-    assert collision.worst(kept.trajectory).allowed
-    assert check(kept.trajectory, limits, TICK) == []
-    left_out = [note for note in kept.notes if "left out" in note]
-    assert len(kept.poses) + len(left_out) == 8
-    assert len(kept.poses) >= 4
-    assert len(rests(kept.trajectory)) == 2 * len(kept.poses)
-
-
-def test_what_is_left_out_and_what_goes_round_is_reported(tmp_path):
-    robot, geometry = small_arm.small_arm(tmp_path)
-    collision, limits = Collision.of(robot, geometry), usable(robot).limits
-    model = Model(robot, (RigidBody(), CurrentOffset()))
-    notes = [
-        note
-        for seed in range(4)
-        for note in static_poses(Workspace(limits, TICK, [collision]), 8, model, seed=seed).notes
-    ]
+    model, notes = Model(robot, (RigidBody(), CurrentOffset())), []
+    assert not collision.worst(static_poses(Workspace(limits, TICK), 8, model).trajectory).allowed
+    for seed in range(4):
+        kept = static_poses(Workspace(limits, TICK, [collision]), 8, model, seed=seed)
+        assert collision.worst(kept.trajectory).allowed
+        assert check(kept.trajectory, limits, TICK) == []
+        assert len(kept.poses) + sum("left out" in note for note in kept.notes) == 8
+        assert len(kept.poses) >= 4
+        assert len(rests(kept.trajectory)) == 2 * len(kept.poses)
+        notes += kept.notes
     assert any("left out: the move between two poses: " in note and " m after " in note for note in notes)
     assert any(note.endswith("takes a detour") for note in notes)
 
 
-def test_an_arm_without_gravity_has_nothing_to_show():
+def test_an_arm_that_shows_nothing_or_has_no_room_is_refused():
     robot = two_joints.arm()
     robot.kinematics.gravity.linear = np.zeros(3)
     with pytest.raises(NothingToIdentify, match="two joints: at rest, no parameter"):
         static_poses(Workspace(LIMITS, TICK), 4, Model(robot, (RigidBody(), CoulombFriction())))
-
-
-def test_a_range_narrower_than_two_approaches_is_refused():
     narrow = replace(LIMITS, position_lower=np.array([-0.04, -2.5]), position_upper=np.array([0.04, 2.5]))
     with pytest.raises(Infeasible, match="joint 1: .* -0.04 to 0.04 rad, .* 0.05"):
         static_poses(Workspace(narrow, TICK), 4, two_joints.model())
-
-
-class Crowded(Clearance):
-    """No room but where both joints are all but straight."""
-
-    @property
-    def names(self):
-        return ["arm to wall", "arm to floor"]
-
-    def margins(self, position):
-        return 1e-3 - np.abs(position)
-
-    def gradient(self, position):
-        raise NotImplementedError
-
-    def reach(self, travel):
-        return np.eye(2)
-
-
-def test_a_cell_without_room_states_how_much_is_missing():
-    with pytest.raises(Infeasible, match=r"0 of 4000 .* 3 are needed.* has a margin of -0.\d+ m \(arm to "):
-        static_poses(Workspace(LIMITS, TICK, [Crowded()]), 3, two_joints.model())
+    far = Region.of(two_joints.arm(), "flange", box([0.8, -9.0, -9.0], [9.0, 9.0, 9.0]))
+    with pytest.raises(Infeasible, match=r"0 of 4000 .* 3 are needed.* has a margin of -0.\d+ m \(flange"):
+        static_poses(Workspace(LIMITS, TICK, [far]), 3, two_joints.model())

@@ -25,30 +25,17 @@ def random_case(seed, joints=6):
     return velocity, np.where(share > 0, forward, backward) * share, limits
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 def test_it_is_how_far_ruckig_goes(seed):
     velocity, acceleration, limits = random_case(seed)
-    found, expected = (
-        stopping_reach(velocity, acceleration, limits),
-        brake_reach(velocity, acceleration, limits),
-    )
+    found = stopping_reach(velocity, acceleration, limits)
+    expected = brake_reach(velocity, acceleration, limits)
     size = 1.0 + np.max(np.abs(expected))
     np.testing.assert_allclose(found.lower, expected.lower, atol=1e-12 * size)
     np.testing.assert_allclose(found.upper, expected.upper, atol=1e-12 * size)
 
 
-def test_random_states_come_to_every_case():
-    """Overshoots, turns with and without coming back beyond the begin, and accelerations beyond limits."""
-    velocity, acceleration, limits = random_case(0)
-    reach = stopping_reach(velocity, acceleration, limits)
-    assert np.sum((reach.lower < 0) & (reach.upper > 0)) > 10
-    assert np.sum((velocity < 0) & (acceleration > 0) & (reach.upper == 0)) > 10
-    assert np.sum((acceleration < limits.acceleration_lower) & (velocity > 0)) > 10
-    assert np.all(reach.lower <= 0)
-    assert np.all(reach.upper >= 0)
-
-
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 def test_derivatives_are_those_of_the_reach(seed):
     """Central differences; where forward and backward differ there is a kink within the step."""
     velocity, acceleration, limits = random_case(seed)
@@ -84,31 +71,13 @@ def test_at_rest_it_goes_nowhere_with_no_slope():
     assert not np.any(stopping_reach_gradient(still, still, limits))
 
 
-def test_forward_and_backward_are_mirrored():
-    velocity, acceleration, limits = random_case(4)
-    turned = replace(limits, acceleration=-limits.acceleration_lower, acceleration_lower=-limits.acceleration)
-    reach, mirrored = (
-        stopping_reach(velocity, acceleration, limits),
-        stopping_reach(-velocity, -acceleration, turned),
-    )
-    np.testing.assert_allclose(mirrored.upper, -reach.lower, atol=1e-12)
-    np.testing.assert_allclose(mirrored.lower, -reach.upper, atol=1e-12)
-
-
 def test_stoppable_is_position_and_reach_within_the_limits():
     one = np.ones(1)
     limits = replace(Limits.none(1), jerk=10 * one, position_lower=-one, position_upper=one)
-    position = np.array([[0.6], [0.7], [-0.99], [1.01]])
-    velocity = np.array([[1.0], [1.0], [1.0], [0.0]])  # goes on for 0.316 rad
-    states = States(np.arange(4.0), position, velocity, *np.zeros((2, 4, 1)))
-    np.testing.assert_array_equal(stoppable(states, limits)[:, 0], [True, False, True, False])
-
-
-def test_no_number_is_not_stoppable():
-    one = np.ones(1)
-    limits = replace(Limits.none(1), jerk=10 * one, position_lower=-one, position_upper=one)
-    states = States(np.zeros(1), np.zeros((1, 1)), np.full((1, 1), np.nan), *np.zeros((2, 1, 1)))
-    assert not np.any(stoppable(states, limits))
+    position = np.array([[0.6], [0.7], [-0.99], [1.01], [0.0]])
+    velocity = np.array([[1.0], [1.0], [1.0], [0.0], [np.nan]])  # goes on for 0.316 rad
+    states = States(np.arange(5.0), position, velocity, *np.zeros((2, 5, 1)))
+    np.testing.assert_array_equal(stoppable(states, limits)[:, 0], [True, False, True, False, False])
 
 
 @pytest.mark.parametrize("jerk", [0.0, -1.0, np.nan, np.inf])

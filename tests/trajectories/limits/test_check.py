@@ -110,25 +110,17 @@ def test_a_motion_that_is_no_number_is_reported_and_not_passed():
     assert violation.sentence(("shoulder", "elbow")) == "elbow: not finite at 0.100 s: nan"
 
 
-def test_no_number_between_two_ticks_is_reported():
+def test_no_number_between_two_ticks_and_no_torque_are_reported():
     """A piece shorter than a tick, after which everything is a number again."""
-    zeros = np.zeros((3, 1))
-    jerk = np.array([[0.0], [np.nan], [0.0]])
+    zeros, jerk = np.zeros((3, 1)), np.array([[0.0], [np.nan], [0.0]])
     phases = Phases(np.array([0.0, 0.003, 0.0031]), 1.0, zeros, zeros, zeros, jerk)
     limits = type(LIMITS)(*np.outer([-2.5, 2.5, 3.0, 12.0, 200.0, 200.0], np.ones(1)))
-    found = check(phases, limits, TICK)
-    assert found
-    assert {violation.kind for violation in found} == {"not finite"}
-
-
-def test_torque_that_is_no_number_is_reported():
-    def broken(states):
-        return np.where(states.time[:, None] > 2.0, np.nan, 0.0) + np.zeros(2)
-
-    found = check(series(), LIMITS, TICK, broken)
-    assert {(violation.kind, violation.joint) for violation in found} == {
-        ("not finite", 0),
-        ("not finite", 1),
+    assert {violation.kind for violation in check(phases, limits, TICK)} == {"not finite"}
+    broken = check(
+        series(), LIMITS, TICK, lambda states: np.where(states.time[:, None] > 2.0, np.nan, [0, 0])
+    )
+    assert {(violation.kind, violation.joint) for violation in broken} == {
+        ("not finite", joint) for joint in (0, 1)
     }
 
 
@@ -167,18 +159,14 @@ class Clock(Trajectory):
         return Extremes(Range(*np.array([[0.0], [1.0], [0.0], [1.0]])), still, still, still)
 
 
-@pytest.mark.parametrize("middle", [0.3, 0.3007, 0.30499, 0.0, 0.999, 0.9971, 0.0013])
+@pytest.mark.parametrize("middle", [0.30499, 0.0, 0.9971])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_peak_anywhere_is_found_with_its_time(middle, sign):
     """cos is 1 at its peak; samples are 0.01 s apart, of which it would miss up to 0.3 of its 10."""
 
     def torque(states):
-        return (
-            sign
-            * 10.0
-            * np.cos(50 * (states.position - middle))
-            * np.exp(-5 * (states.position - middle) ** 2)
-        )
+        away = states.position - middle
+        return sign * 10.0 * np.cos(50 * away) * np.exp(-5 * away**2)
 
     peaks = torque_peaks(Clock(), torque, 0.01)
     value, time = (peaks.upper, peaks.upper_time) if sign > 0 else (peaks.lower, peaks.lower_time)
@@ -195,15 +183,3 @@ def test_of_many_peaks_the_one_whose_samples_look_smaller_is_found():
 
     assert torque_peaks(Clock(), torque, 0.01).upper[0] == pytest.approx(1.0, abs=1e-4)
     assert torque_peaks(Clock(), torque, 0.01).upper_time[0] == pytest.approx(0.205, abs=1e-3)
-
-
-def test_a_plateau_is_looked_at_once():
-    asked = []
-
-    def torque(states):
-        asked.append(len(states.time))
-        return np.full((len(states.time), 1), 3.0)
-
-    peaks = torque_peaks(Clock(), torque, 0.001)
-    assert (peaks.lower[0], peaks.upper[0]) == (3.0, 3.0)
-    assert asked == [1001, 33]

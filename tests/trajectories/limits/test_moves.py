@@ -1,4 +1,4 @@
-import ast
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def random_problem(seed):
     return start, State(random.uniform(-3, 3, joints), velocity, acceleration), limits
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(30))
 def test_a_move_meets_both_ends_on_a_tick_within_the_limits(seed):
     start, target, limits = random_problem(seed)
     start = State(start.position, start.velocity / 1.3, start.acceleration / 1.3)
@@ -74,7 +74,7 @@ def test_a_move_meets_both_ends_on_a_tick_within_the_limits(seed):
     assert np.all(reached.velocity.lower >= lowest - 1e-9)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(30))
 def test_the_pieces_are_what_ruckig_states_at_any_time(seed):
     start, target, limits = random_problem(seed)
     n = len(limits.jerk)
@@ -98,24 +98,14 @@ def test_the_pieces_are_what_ruckig_states_at_any_time(seed):
         np.testing.assert_allclose(found, expected[:, order], atol=1e-9)
 
 
-def test_a_move_to_where_it_is_takes_no_time():
-    rest = State.at_rest(np.array([0.2, 0.3]))
-    way = move(rest, rest, random_limits(np.random.default_rng(0), 2), TICK)
-    assert way.duration == 0.0
-    np.testing.assert_array_equal(way.end_state, rest)
+def test_a_move_to_where_it_is_and_a_brake_from_rest_take_no_time():
+    rest, limits = State.at_rest(np.array([0.2, 0.3])), random_limits(np.random.default_rng(0), 2)
+    for way in (move(rest, rest, limits, TICK), brake(rest, limits, TICK)):
+        assert way.duration == 0.0
+        np.testing.assert_array_equal(way.end_state, rest)
 
 
-def test_directions_have_their_own_limits():
-    """Ten times as fast forward as backward; a little less, so that the end falls on a tick."""
-    one = np.ones(1)
-    limits = Limits(-9 * one, 9 * one, 10 * one, 100 * one, 1e4 * one, one, -one, -10 * one)
-    there, back = State.at_rest(5 * one), State.at_rest(-5 * one)
-    slow, fast = move(there, back, limits, TICK).extremes(), move(back, there, limits, TICK).extremes()
-    found = [slow.velocity.lower, fast.velocity.upper, fast.acceleration.lower, fast.acceleration.upper]
-    np.testing.assert_allclose(found, [[-1.0], [10.0], [-10.0], [100.0]], rtol=0.01)
-
-
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(30))
 def test_a_brake_ends_at_rest_and_stays(seed):
     start, _, limits = random_problem(seed)
     stop = brake(start, limits, TICK)
@@ -127,12 +117,6 @@ def test_a_brake_ends_at_rest_and_stays(seed):
     assert np.all(np.maximum(stop.extremes().jerk.upper, -stop.extremes().jerk.lower) <= limits.jerk + 1e-9)
 
 
-def test_a_brake_from_rest_takes_no_time():
-    stop = brake(State.at_rest(np.array([0.2, 0.3])), random_limits(np.random.default_rng(0), 2), TICK)
-    assert stop.duration == 0.0
-    np.testing.assert_array_equal(stop.end_state.position, [0.2, 0.3])
-
-
 @pytest.mark.parametrize("seed", range(20))
 def test_the_reach_of_a_brake_is_that_of_its_motion(seed):
     start, _, limits = random_problem(seed)
@@ -142,8 +126,16 @@ def test_the_reach_of_a_brake_is_that_of_its_motion(seed):
     np.testing.assert_allclose(start.position + reach.upper[0], reached.upper, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["velocity", "acceleration", "jerk", "velocity_lower", "acceleration_lower"])
-@pytest.mark.parametrize("value", [0.0, np.nan])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("velocity", 0.0),
+        ("acceleration", np.nan),
+        ("jerk", np.inf),
+        ("velocity_lower", 0.0),
+        ("acceleration_lower", 0.0),
+    ],
+)
 def test_limits_that_nothing_moves_within_name_their_joint(name, value):
     start, target, limits = random_problem(3)
     wrong = getattr(limits, name).copy()
@@ -153,21 +145,21 @@ def test_limits_that_nothing_moves_within_name_their_joint(name, value):
             ask(replace(limits, **{name: wrong}))
 
 
-def test_an_endless_jerk_is_refused():
+def test_a_sampling_period_or_states_of_another_arm_are_refused():
     start, target, limits = random_problem(3)
-    with pytest.raises(BadLimits, match="joint 1: jerk limit inf"):
-        move(start, target, replace(limits, jerk=np.full_like(limits.jerk, np.inf)), TICK)
+    for tick in (0.0, -0.002, np.nan, np.inf):
+        with pytest.raises(BadLimits, match="sampling period is"):
+            move(start, target, limits, tick)
+    with pytest.raises(BadLimits, match="start: position of shape"):
+        move(State.at_rest(np.zeros(9)), target, limits, TICK)
 
 
-@pytest.mark.parametrize("order", [0, 1, 2])
-@pytest.mark.parametrize("which", [0, 1])
-def test_a_state_that_is_no_number_names_its_joint(order, which):
-    states = [State(*np.zeros((3, 2))), State(*np.zeros((3, 2)))]
+@pytest.mark.parametrize(("which", "order"), [("start", 0), ("target", 1), ("start", 2)])
+def test_a_state_that_is_no_number_names_its_joint(which, order):
+    states = {name: State(*np.zeros((3, 2))) for name in ("start", "target")}
     states[which][order][1] = np.nan
-    with pytest.raises(
-        Infeasible, match=f"joint 2: {('start', 'target')[which]} has {State._fields[order]} nan"
-    ):
-        move(*states, random_limits(np.random.default_rng(0), 2), TICK)
+    with pytest.raises(Infeasible, match=f"joint 2: {which} has {State._fields[order]} nan"):
+        move(*states.values(), random_limits(np.random.default_rng(0), 2), TICK)
 
 
 def test_a_target_beyond_its_limits_names_joint_value_and_limit():
@@ -180,19 +172,6 @@ def test_a_target_beyond_its_limits_names_joint_value_and_limit():
     # To have 0.9 rad/s at -10 rad/s^2 it must have come from 0.9 + 10^2 / 200 rad/s.
     with pytest.raises(Infeasible, match="joint 1: velocity before its acceleration of the target is 1.4"):
         move(rest, State(still, np.array([0.9, 0.0]), np.array([-10.0, 0.0])), limits, TICK)
-
-
-@pytest.mark.parametrize("tick", [0.0, -0.002, np.nan, np.inf])
-def test_a_tick_must_be_one(tick):
-    start, target, limits = random_problem(3)
-    with pytest.raises(BadLimits, match="sampling period is"):
-        move(start, target, limits, tick)
-
-
-def test_states_and_limits_have_the_same_joints():
-    start, target, limits = random_problem(3)
-    with pytest.raises(BadLimits, match="start: position of shape"):
-        move(State.at_rest(np.zeros(9)), target, limits, TICK)
 
 
 def test_an_error_of_ruckig_becomes_ours(monkeypatch):
@@ -208,22 +187,12 @@ def test_an_error_of_ruckig_becomes_ours(monkeypatch):
     assert isinstance(caught.value.__cause__, ruckig.RuckigError)
 
 
-def sources():
-    return [path for package in PACKAGES for path in sorted((REPOSITORY / package).rglob("*.py"))]
-
-
-def test_waypoints_which_ask_a_remote_server_are_nowhere_set():
-    assert len(sources()) > 50
+def test_one_module_knows_ruckig_and_sets_no_waypoints_which_ask_a_remote_server():
     assert "intermediate_positions" in dir(ruckig.InputParameter)  # else another name is to be looked for
-    for path in sources():
-        assert "intermediate_positions" not in path.read_text(), path
-
-
-def test_one_module_knows_ruckig():
     knows = set()
-    for path in sources():
-        for node in ast.walk(ast.parse(path.read_text())):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            knows |= {path.name for name in names if name.split(".")[0] == "ruckig"}
+    for path in (path for package in PACKAGES for path in (REPOSITORY / package).rglob("*.py")):
+        text = path.read_text()
+        assert "intermediate_positions" not in text, path
+        if re.search(r"^\s*(import|from) ruckig\b", text, re.M):
+            knows.add(path.name)
     assert knows == {"moves.py"}

@@ -22,6 +22,7 @@ from ...parts.small import two_joints
 pytestmark = pytest.mark.slow
 
 JOIN = 1e-6
+FLOOR = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
 
 
 def series(share=0.8, seed=0):
@@ -39,27 +40,19 @@ def wishes(**options):
     return Wishes(**{"tick": TICK, "seconds": 4.0} | options)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_it_begins_and_ends_at_rest_and_joins(seed):
-    run = whole_run(series(seed=seed), limits(), wishes(seconds=12.0, rest=0.5))
+@pytest.mark.parametrize("seed", range(2))
+def test_it_begins_and_ends_at_rest_joins_and_keeps_to_all_limits(seed):
+    torque = TorqueBound(two_joints.model(), limits().torque).of("")
+    run = whole_run(series(0.99, seed), limits(), wishes(seconds=12.0, rest=0.5), [torque])
+    assert not check(run, limits(), TICK, torque)
     ends = run.at(np.array([0.0, 0.5, run.duration - 0.5, run.duration]))
-    assert not np.any(ends.velocity)
-    assert not np.any(ends.acceleration)
+    assert not np.any([ends.velocity, ends.acceleration])
     np.testing.assert_allclose(ends.position, np.tile(ends.position[0], (4, 1)), atol=JOIN)
     for time in run.begins[1:-1]:
         before, after = run.at(np.array([time - 1e-9])), run.at(np.array([time]))
-        for kind in ("position", "velocity", "acceleration"):
-            np.testing.assert_allclose(getattr(before, kind), getattr(after, kind), atol=1e-5)
+        np.testing.assert_allclose(before[1:4], after[1:4], atol=1e-5)
     ticks = run.begins / TICK
     np.testing.assert_allclose(ticks, np.round(ticks), atol=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_it_keeps_to_all_limits_between_samples(seed):
-    model = two_joints.model()
-    torque = TorqueBound(model, limits().torque).of("")
-    run = whole_run(series(0.99, seed), limits(), wishes(), [torque])
-    assert not check(run, limits(), TICK, torque)
 
 
 def test_the_periods_are_those_of_the_series_from_another_moment():
@@ -74,9 +67,10 @@ def test_the_periods_are_those_of_the_series_from_another_moment():
         np.testing.assert_allclose(found.extremes()[kind][:2], given.extremes()[kind][:2], atol=1e-6)
 
 
-def test_it_begins_and_ends_at_the_pose_that_was_asked_for():
-    start = np.array([0.7, -1.1])
-    run = whole_run(series(), limits(), wishes(start=start))
+def test_it_begins_and_ends_at_the_pose_that_was_asked_for_clear_of_a_region():
+    start = np.array([-1.5, 0.0])
+    run = whole_run(series(0.3), limits(), wishes(start=start, clearances=[FLOOR]))
+    assert FLOOR.worst(run).allowed
     for time in (0.0, 1.0, run.duration):
         np.testing.assert_allclose(run.at(np.array([time])).position[0], start, atol=JOIN)
 
@@ -110,25 +104,17 @@ def test_leads_are_gentler_where_the_drives_are_weak():
     assert gentle.duration > free.duration
 
 
-def test_a_region_holds_for_leads_too():
-    floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
-    run = whole_run(series(0.3), limits(), wishes(start=np.array([-1.5, 0.0]), clearances=[floor]))
-    assert floor.worst(run).allowed
-
-
-def test_a_start_below_the_floor_is_reported():
-    floor = Region.of(two_joints.arm(), "flange", box([-9.0, -9.0, -0.5], [9.0, 9.0, 9.0]))
-    with pytest.raises(Infeasible, match=r"no lead into the motion.* flange z >= .* mm of room at"):
-        whole_run(series(0.1), limits(), wishes(start=np.array([1.5, 0.0]), clearances=[floor]))
-
-
-def test_a_start_too_heavy_to_hold_is_reported():
-    kept = replace(limits(), torque=np.array([90.0, 190.0]))
-    torque = TorqueBound(two_joints.model(), np.array([20.0, 190.0])).of("")
-    with pytest.raises(Infeasible, match="no lead into the motion keeps to the limits: joint 1: torque"):
-        whole_run(series(0.1), replace(kept, torque=np.array([20.0, 190.0])), wishes(), [torque])
-
-
-def test_a_start_outside_the_limits_is_reported():
-    with pytest.raises(Infeasible, match="joint 1: the lead"):
-        whole_run(series(0.1), limits(), wishes(start=np.array([2.6, 0.0])))
+@pytest.mark.parametrize(
+    ("torque", "options", "message"),
+    [
+        ([20.0, 190.0], {}, "no lead into the motion keeps to the limits: joint 1: torque"),
+        ([90.0, 190.0], {"start": [2.6, 0.0]}, "joint 1: the lead"),
+        ([90.0, 190.0], {"start": [1.5, 0.0]}, r"no lead into the motion.* flange z >= .* mm of room at"),
+    ],
+)
+def test_a_start_that_cannot_be_left_is_reported(torque, options, message):
+    options = {"clearances": [FLOOR]} | {name: np.array(value) for name, value in options.items()}
+    kept = replace(limits(), torque=np.array(torque))
+    bound = TorqueBound(two_joints.model(), kept.torque).of("")
+    with pytest.raises(Infeasible, match=message):
+        whole_run(series(0.1), kept, wishes(**options), [bound])

@@ -88,12 +88,13 @@ def test_a_family_that_is_in_no_table_cannot_be_written():
         plan_text(known_plan(Made(**{f.name: getattr(fourier(), f.name) for f in fields(Fourier)})))
 
 
-def test_infinite_limits_and_a_criterion_of_nothing_come_back():
+def test_infinite_limits_no_criterion_and_line_ends_come_back():
     plan = replace(known_plan(), limits=Limits.none(2), criterion="", reached=float("nan"), details={})
-    assert same(parse_plan(plan_text(plan)), plan)
+    for ends in ("\n", "\r\n"):
+        assert same(parse_plan(plan_text(plan).replace("\n", ends)), plan)
 
 
-def test_defaults_is_implied():
+def test_defaults_are_implied():
     text = plan_text(known_plan())
     for key in ("checksum", "criterion", "reached", "seed", "tick", "payload_pair", "assumed", "periods"):
         text = re.sub(rf"^{key} = .*\n", "", text, flags=re.M)
@@ -114,9 +115,7 @@ def test_a_file_cut_off_anywhere_is_refused(family):
     ("found", "put", "message"),
     [
         ("format = 1", "format = 2", "format 2; this version reads format 1; update exidyn"),
-        ("format = 1", 'format = "1"', "format '1'; this version reads format 1"),
         ('kind = "trajectory"', 'kind = "robot"', "not a trajectory file: kind = 'robot'"),
-        ('kind = "trajectory"', "", "not a trajectory file: no key 'kind'"),
         ('"fourier"', '"furier"', r"\[trajectory\]: family 'furier'; expected one of: chirp, fourier"),
         ('family = "fourier"', "", r"\[trajectory\]: no key 'family'; expected one of: chirp"),
         ("period = 3.3333333333333335", "", r"\[trajectory\]: key 'period' is missing, expected a number"),
@@ -127,17 +126,10 @@ def test_a_file_cut_off_anywhere_is_refused(family):
         ),
         ("periods = 2", "periods = 2.5", r"\[trajectory\] periods: expected a whole number; found 2.5"),
         ("periods = 2", "periods = 0", r"\[trajectory\]: Fourier: period 3.33333 s, 0 times"),
-        (
-            "centre = [0.1",
-            "centre = [nan",
-            r"\[trajectory\] centre\[0\]: expected a finite number; found nan",
-        ),
-        ("centre = [0.1", "centre = [true", r"\[trajectory\] centre\[0\]: expected a number; found True"),
+        ("centre = [0.1", "centre = [nan", r"centre\[0\]: expected a finite number; found nan"),
         ("centre = [0.1, ", "centre = [", r"\[trajectory\]: Fourier: centre \(1,\), sine \(2, 5\)"),
         ("  [0.01257302210933933, ", "  [", r"\[trajectory\] sine: row 1 has shape \(5,\), and row 0 \(4,\)"),
-        ("seed = 12", 'seed = "x"', "seed: expected a whole number; found 'x'"),
         ("tick = 0.004", "tick = 0.0", "tick is 0 s, expected above 0"),
-        ("tick = 0.004", "tick = nan", "tick: expected a finite number; found nan"),
         ("seed = 12", "sead = 12", "unknown key 'sead'. Valid keys: assumed, checksum, criterion, details"),
         ('units = ["rad", "rad"]', 'units = ["rad", "deg"]', "units: 'deg' is not one of rad, m"),
         (
@@ -147,25 +139,12 @@ def test_a_file_cut_off_anywhere_is_refused(family):
         ),
         ('joints = ["shoulder", "elbow"]', 'joints = "shoulder"', "joints: expected a list, each a text"),
         ('["shoulder", "elbow"]', '["a", "b", "c"]', r"\[limits\] position_lower: 2 values, expected 3"),
-        ("velocity = 0.02", "velocity = nan", r"\[margins\] velocity: expected a finite number"),
-        (
-            "velocity = [3.0, 3.0]",
-            "velocity = [3.0, nan]",
-            r"\[limits\] velocity\[1\]: expected a number; found",
-        ),
+        ("velocity = [3.0, 3.0]", "velocity = [3.0, nan]", r"\[limits\] velocity\[1\]: expected a number"),
         ("jerk = [200.0, 200.0]", "", r"\[limits\]: key 'jerk' is missing"),
-        ("jerk = [200.0, 200.0]", "jerk = [200.0]", r"\[limits\] jerk: 1 values, expected 2"),
         ("jerk = [200.0, 200.0]", "jerk = [200.0, -1.0]", r"\[limits\]: joint 2: jerk limit -1 rad/s\^3; no"),
-        ("velocity = [3.0, 3.0]", "velocity = [0.0, 3.0]", r"\[limits\]: joint 1: velocity limit 0 rad/s"),
-        (
-            "velocity_lower = [-3.0",
-            "velocity_lower = [3.0",
-            r"\[limits\]: joint 1: backward velocity limit",
-        ),
-        ("velocity = [3.0, 3.0]", "velocity = [3.0, -inf]", r"\[limits\]: joint 2: velocity limit -inf"),
+        ("velocity_lower = [-3.0", "velocity_lower = [3.0", r"\[limits\]: joint 1: backward velocity limit"),
         ("tick = 0.004", "tick = 1e-12", "6.66667 s with a command every 1e-12 s are 6.67e.12 commands"),
         ("[margins]", "[margin]", "unknown key 'margin'"),
-        ("[details]", "details = 3\n[detail]", "unknown key 'detail'"),
     ],
 )
 def test_a_wrong_file_is_refused_in_one_sentence(found, put, message, tmp_path):
@@ -177,15 +156,14 @@ def test_a_wrong_file_is_refused_in_one_sentence(found, put, message, tmp_path):
     assert str(refused.value).startswith(f"{tmp_path / 'bad.toml'}: ")
 
 
-def test_what_is_no_text_or_no_file_is_refused(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("picture.png", "not a text file"), ("none.toml", "No such file"), (".", "directory")],
+)
+def test_what_is_no_text_or_no_file_is_refused(tmp_path, name, message):
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\xff")
-    for name, message in (
-        ("picture.png", "not a text file"),
-        ("none.toml", "No such file"),
-        (".", "directory"),
-    ):
-        with pytest.raises(NotATrajectory, match=message):
-            read_plan(tmp_path / name)
+    with pytest.raises(NotATrajectory, match=message):
+        read_plan(tmp_path / name)
 
 
 def test_a_plan_needs_what_its_trajectory_moves():
@@ -195,11 +173,8 @@ def test_a_plan_needs_what_its_trajectory_moves():
         replace(known_plan(), limits=Limits.none(3))
 
 
-def test_a_plan_fits_the_model_it_was_made_for():
-    assert fits(known_plan(), two_joints.model()) == []
-
-
 def test_other_masses_change_the_model_and_not_the_robot():
+    assert fits(known_plan(), two_joints.model()) == []
     model = two_joints.model(gain=2 * two_joints.GAIN)
     assert robot_differences(known_plan(), model.robot) == []
     (text,) = model_differences(known_plan(), model)
@@ -207,15 +182,11 @@ def test_other_masses_change_the_model_and_not_the_robot():
     assert fits(known_plan(), model) == [text]
 
 
-def test_other_limits_are_named():
+def test_other_limits_geometry_and_joints_are_reported():
     robot = two_joints.arm()
     slower = replace(robot.limits, velocity=np.array([3.0, 2.0]))
     (text,) = robot_differences(known_plan(), replace(robot, limits=slower))
     assert text == "limit velocity of elbow is 2; it was 3 when the plan was made"
-
-
-def test_another_geometry_and_other_joints_are_reported():
-    robot = two_joints.arm()
     longer = robot.kinematics.copy()
     longer.jointPlacements[2].translation = np.array([0.5, 0.0, 0.0])
     (text,) = robot_differences(known_plan(), replace(robot, kinematics=longer))
@@ -244,8 +215,3 @@ def test_a_file_without_a_checksum_that_exidyn_wrote_is_marked_and_gets_none(lin
     assert plan.edited
     assert "checksum" not in plan_text(plan)
     assert same(parse_plan(plan_text(plan)), plan)
-
-
-def test_line_ends_are_no_change():
-    plan = known_plan()
-    assert same(parse_plan(plan_text(plan).replace("\n", "\r\n")), plan)

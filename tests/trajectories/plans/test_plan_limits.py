@@ -1,4 +1,4 @@
-"""Limits of a plan for the robot at hand: the narrower of both, for each joint and side."""
+"""Limits of a plan for the robot at hand: the narrower of both; and jumps of its motion."""
 
 from dataclasses import fields, replace
 
@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from exidyn.identification.arm.robot import Limits
+from exidyn.trajectories.families import FAMILIES
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.plans.plan_check import COARSEST, FINEST, nominal_torque, spacing, violations
+from exidyn.trajectories.families.sequence import Slowed
+from exidyn.trajectories.plans.plan_check import COARSEST, FINEST, jumps, nominal_torque, spacing, violations
 from exidyn.trajectories.plans.plan_limits import file_warnings, tightest, within
 
-from ...parts.plans.plans import fourier, known_plan
+from ...parts.plans.plans import SAMPLES, fourier, known_plan, phases
 from ...parts.small import two_joints
 
 ROBOT = two_joints.arm()
@@ -30,20 +32,13 @@ def test_limits_that_are_not_given_narrow_nothing():
     held = within(plan, ROBOT)
     for f in fields(Limits):
         np.testing.assert_array_equal(getattr(held.limits, f.name), getattr(ROBOT.limits, f.name))
-
-
-def test_a_plan_that_exidyn_wrote_needs_no_warning():
-    assert file_warnings(known_plan(), ROBOT) == file_warnings(known_plan()) == []
+    np.testing.assert_array_equal(nominal_torque(plan, two_joints.model()).use.upper, ROBOT.limits.torque)
 
 
 def test_an_edited_plan_without_a_robot_is_compared_with_its_own_limits():
+    assert file_warnings(known_plan(), ROBOT) == file_warnings(known_plan()) == []
     (sentence,) = file_warnings(replace(known_plan(), edited=True))
     assert "--robot" in sentence
-
-
-def test_torque_is_held_against_the_robots_limits():
-    plan = replace(known_plan(), limits=Limits.none(2))
-    np.testing.assert_array_equal(nominal_torque(plan, two_joints.model()).use.upper, ROBOT.limits.torque)
 
 
 def test_a_tick_that_the_file_states_hides_neither_torque_nor_stops():
@@ -66,3 +61,29 @@ def test_samples_are_as_close_as_the_motion_needs():
     assert spacing(known_plan(slow, tick=0.1)) == COARSEST
     buzz = Fourier(0.004, np.zeros(2), np.full((2, 1), 1e-6), np.zeros((2, 1)), 10)
     assert spacing(known_plan(buzz, tick=0.004)) == FINEST
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("speed", [1.0, 0.07])
+def test_no_family_jumps(family, speed):
+    plan = known_plan(Slowed(SAMPLES[family](), speed))
+    assert jumps(plan, plan.tick) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "unit"),
+    [("position", 1e-3, "rad"), ("velocity", 0.05, "rad/s"), ("acceleration", 0.5, "")],
+)
+def test_a_piece_that_does_not_join_is_named(name, size, unit):
+    motion = phases()
+    states = getattr(motion, name).copy()
+    states[2, 1] += size
+    (sentence,) = [
+        text
+        for text in violations(known_plan(replace(motion, **{name: states})))
+        if text.startswith(f"elbow: {name} jumps by more than ")
+    ]
+    assert unit in sentence
+    value, time = (float(part.split()[0]) for part in (sentence.split("than ")[1], sentence.split("at ")[-1]))
+    assert 0.5 * size < value <= size
+    assert abs(time - motion.start[2]) < known_plan().tick

@@ -85,35 +85,6 @@ def within(value, lower, upper):
     return (value <= upper) & (value >= lower)
 
 
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_rates_are_inside_where_their_margin_is_positive(order):
-    at = states()
-    bound = list(BOUNDS.values())[order - 1]
-    expected = within(getattr(at, ORDERS[order]), bound.lower, bound.upper)
-    np.testing.assert_array_equal(bound.margins(at).value >= 0, expected)
-    assert 0.1 < np.mean(expected) < 0.95
-
-
-def test_a_margin_is_a_share_of_the_limit():
-    at = states()._replace(velocity=np.tile([1.9, -1.5], (60, 1)))
-    np.testing.assert_allclose(BOUNDS["velocity"].margins(at).value[0], [0.05, 0.0], atol=1e-12)
-
-
-def test_stops_end_inside_where_their_margin_is_positive():
-    at = states(samples=500)
-    at = at._replace(velocity=0.7 * at.velocity)
-    value = BOUNDS["stop"].margins(at).value
-    inside = np.minimum(value[:, :2], value[:, 2:]) >= 0
-    np.testing.assert_array_equal(inside, stoppable(at, LIMITS))
-    assert 0.1 < np.mean(inside) < 0.9
-    rest = at._replace(velocity=0 * at.velocity, acceleration=0 * at.acceleration)
-    value, expected = (
-        BOUNDS["stop"].margins(rest).value,
-        within(at.position, LIMITS.position_lower, LIMITS.position_upper),
-    )
-    np.testing.assert_array_equal(np.minimum(value[:, :2], value[:, 2:]) >= 0, expected)
-
-
 def test_torque_is_inside_where_its_margin_is_positive_in_every_run():
     at, bound = states(), BOUNDS["torque of a pair"]
     expected = []

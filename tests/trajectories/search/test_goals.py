@@ -17,13 +17,12 @@ from exidyn.identification.effects import (
 )
 from exidyn.identification.model import Model
 from exidyn.trajectories.errors import UnknownChoice
-from exidyn.trajectories.search.criteria import CRITERIA, Focus, average, condition, volume, worst
+from exidyn.trajectories.search.criteria import CRITERIA, condition, volume
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.unknowns import (
     WIDEST,
     DriveGains,
-    ShapesOf,
     design_model,
     with_drive_gains,
     with_shapes,
@@ -69,14 +68,10 @@ def test_all_gains_are_reported_by_a_pair_alone():
     """Without a known body, all of them scaled together are all parameters scaled: one is regrouped."""
     of = with_drive_gains(nominal(Payload("L", BODY)))
     alone, pair = (Experiment.of(of, payloads).base.names for payloads in ([""], ["", "L"]))
+    robot = replace(two_joints.arm(), drive_gain_tolerance=0.03)
+    assert DriveGains(Model(robot, (RigidBody(),))).priors(robot)["gain1"] == Prior(0.0, 0.03)
     assert [name for name in alone if name.startswith("gain")] == ["gain1R"]
     assert [name for name in pair if name.startswith("gain")] == ["gain1", "gain2"]
-
-
-def test_gains_are_nominal_as_the_robot_states():
-    robot = replace(two_joints.arm(), drive_gain_tolerance=0.03)
-    priors = DriveGains(Model(robot, (RigidBody(),))).priors(robot)
-    assert priors == {"gain1": Prior(0.0, 0.03), "gain2": Prior(0.0, 0.03)}
 
 
 def shaped(fade, joints=None):
@@ -102,41 +97,25 @@ def test_shapes_are_columns_of_the_derivative_joint_by_joint():
 def test_shapes_of_effects_that_were_not_named_stay_known():
     of = shaped(0.3, ("elbow",))
     assert with_shapes(of, []) == of
+    loaded = nominal(LoadDependentFriction())
+    assert with_shapes(loaded, ["load_dependent_friction"]).effects[-1].needs_load
     assert with_shapes(of, ["stribeck_friction"]).names == [*of.names, "fade_Fs2", "reversal_Fs2"]
     assert with_shapes(of, ["coulomb_friction"]).names == [*of.names, "reversal_Fc1", "reversal_Fc2"]
+    for key in ("load_dependent_friction", "viscous_friction", "nonsense"):
+        with pytest.raises(UnknownChoice, match=f"'{key}'. Valid: coulomb_friction, stribeck_friction$"):
+            with_shapes(of, [key])
 
 
-@pytest.mark.parametrize("key", ["load_dependent_friction", "viscous_friction", "nonsense"])
-def test_shapes_that_the_model_does_not_have_are_reported(key):
-    with pytest.raises(UnknownChoice, match=f"'{key}'. Valid: coulomb_friction, stribeck_friction$"):
-        with_shapes(shaped(0.3, ("elbow",)), [key])
-
-
-def test_shapes_that_need_the_load_get_it():
-    of = replace(smooth_model(LoadDependentFriction()), stated={"mu1": Prior(0.1), "mu2": Prior(0.1)})
-    effect = with_shapes(of, ["load_dependent_friction"]).effects[-1]
-    assert isinstance(effect, ShapesOf)
-    assert effect.needs_load
-
-
-def test_friction_turns_over_what_a_sample_covers():
+def test_friction_turns_over_what_a_sample_covers_within_an_effect_too():
     """Acceleration limit 11.4 rad/s^2: half of it for a two hundredth of a second is 0.0285 rad/s."""
     of = Model(two_joints.arm(), (RigidBody(), CoulombFriction(reversal=0.003)))
-    assert design_model(of, limits(), 0.005).effects[1].reversal == pytest.approx(0.0285)
-    assert design_model(of, limits(), 1e-5).effects[1].reversal == 0.003
-    assert design_model(of, limits(), 10.0).effects[1].reversal == WIDEST
+    for spacing, expected in ((0.005, 0.0285), (1e-5, 0.003), (10.0, WIDEST), (0.0, 0.003)):
+        assert design_model(of, limits(), spacing).effects[1].reversal == pytest.approx(expected)
     assert design_model(of, limits(), 10.0).effects[0] == RigidBody()
-    assert design_model(of, limits(), 1e-5).robot is of.robot
-
-
-def test_friction_within_an_effect_turns_with_it():
-    """Else a gain would seem to be known from the difference between the two."""
-    of = with_drive_gains(with_shapes(two_joints.model(), ["coulomb_friction"]))
-    gains, shapes = of.effects[-1], next(e for e in of.effects if isinstance(e, ShapesOf))
-    seen = design_model(of, limits(), 0.005)
-    assert seen.effects[-1].model.effects[2].reversal == pytest.approx(0.0285)
-    assert next(e for e in seen.effects if isinstance(e, ShapesOf)).effect.reversal == pytest.approx(0.0285)
-    assert gains.model.effects[2].reversal == shapes.effect.reversal < 0.0285
+    of = with_drive_gains(with_shapes(of, ["coulomb_friction"]))
+    *_, shapes, gains = design_model(of, limits(), 0.005).effects
+    assert gains.model.effects[1].reversal == shapes.effect.reversal == pytest.approx(0.0285)
+    assert of.effects[-1].model.effects[1].reversal == of.effects[-2].effect.reversal == 0.003
 
 
 def test_a_gain_is_known_as_well_however_gradual_friction_is():
@@ -155,12 +134,6 @@ def test_a_gain_is_known_as_well_however_gradual_friction_is():
     assert left(0.005) == pytest.approx(left(1e-5), rel=0.02)
 
 
-def test_without_a_spacing_friction_is_as_stated():
-    of = with_drive_gains(two_joints.model())
-    assert design_model(of, limits(), 0.0).effects[:-1] == of.effects[:-1]
-    assert design_model(of, limits(), 0.0).effects[-1].model.effects == of.effects[-1].model.effects
-
-
 def test_a_joint_that_creeps_makes_the_condition_number_worse():
     """With all columns scaled to one, a joint at 3 % of its speed would change it from 1.9 to 2.5 only."""
     of = goal(rows=7.0)
@@ -170,11 +143,6 @@ def test_a_joint_that_creeps_makes_the_condition_number_worse():
     )
     objective = of.objectives(limits(), 0.0)[-1]
     assert objective.value(creeping) > objective.value(at) + np.log(2.0)
-
-
-def test_friction_that_turns_more_gradually_stays_as_it_is():
-    of = smooth_model()
-    assert design_model(of, limits(), 0.001).effects == of.effects
 
 
 @pytest.mark.parametrize("criterion", CRITERIA.values(), ids=CRITERIA.keys())
@@ -193,12 +161,8 @@ def test_the_goal_itself_is_the_last_objective(criterion):
 
 def test_objectives_see_gradual_friction_and_the_torque_limit_the_nominal_one():
     of = goal(two_joints.model(), nominal=smooth_model())
-    smooth = of.objectives(limits(), 0.005)[0].experiment.model
-    assert smooth.effects[2].reversal == pytest.approx(0.0285)
-    assert of.experiment.model.effects[2].reversal == two_joints.model().effects[2].reversal
+    assert of.objectives(limits(), 0.005)[0].experiment.model.effects[2].reversal == pytest.approx(0.0285)
     assert of.model is of.nominal
-    plain = goal()
-    assert plain.model is plain.experiment.model
 
 
 def test_sizes_are_of_nominal_values():
@@ -210,34 +174,8 @@ def test_sizes_are_of_nominal_values():
     assert size["MX2"] == pytest.approx(np.hypot(*prior["MX2"]))
     deviation = np.hypot(prior["MX1"].std, 0.4 * prior["M2"].std)
     assert size["MX1R"] == pytest.approx(np.hypot(prior["MX1"].value + 0.4 * prior["M2"].value, deviation))
-
-
-def test_what_has_no_prior_has_the_size_of_the_noise():
-    """A deviation of one is then one noise of torque."""
-    noise = np.array([0.3, 0.7])
-    experiment = Experiment.of(smooth_model(), noise=noise)
+    experiment = Experiment.of(smooth_model(), noise=np.array([0.3, 0.7]))
     size = dict(zip(experiment.base.names, experiment.sizes, strict=True))
-    assert size["Off2"] == pytest.approx(0.7)
+    assert size["Off2"] == pytest.approx(0.7)  # without a prior, a deviation of one is one noise of torque
     assert size["Fc1"] == pytest.approx(0.3, rel=0.05)
     assert np.all(np.isfinite(list(size.values())))
-    assert min(size.values()) > 0
-
-
-def test_words_name_the_criterion():
-    text = {name: goal(criterion=c).words(np.log(2.5)) for name, c in CRITERIA.items()}
-    assert text == {
-        "condition": "condition number 2.5",
-        "volume": "mean relative standard deviation 2.5",
-        "average": "root mean square relative standard deviation 2.5",
-        "worst": "worst relative standard deviation 2.5",
-    }
-    assert (
-        goal(criterion=Focus((1,))).words(0.0)
-        == "mean relative standard deviation of the parameters in focus 1"
-    )
-
-
-def test_payloads_are_those_of_the_experiment():
-    of = Identify(Experiment.of(nominal(Payload("L", BODY)), ("", "L")), worst)
-    assert of.payloads == ("", "L")
-    assert {average, worst} < set(CRITERIA.values())

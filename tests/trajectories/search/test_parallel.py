@@ -13,17 +13,8 @@ from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.search import parallel
 from exidyn.trajectories.search.parallel import run_all
 
-from ...parts.plans.parallel_work import (
-    LONG,
-    dying,
-    failing,
-    pressing,
-    pressing_twice,
-    reporting,
-    square,
-    told_time,
-    until_asked,
-)
+from ...parts.plans import parallel_work as work
+from ...parts.plans.parallel_work import LONG, square, until_asked
 from ...parts.plans.slow_to_import import time_until_asked
 
 pytestmark = pytest.mark.clocked(patient=True)
@@ -42,11 +33,9 @@ def collected(work, tasks, seconds=LONG):
     return found
 
 
-def test_one_task_runs_here():
-    assert [r[:2] for r in collected(square, [3])] == [(9, os.getpid())]
-
-
 def test_several_run_in_other_processes_on_one_thread_each(two, monkeypatch):
+    assert collected(square, []) == []
+    assert [result[:2] for result in collected(square, [3])] == [(9, os.getpid())]
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
     found = collected(square, [1, 2, 3])
@@ -110,13 +99,13 @@ def test_an_interrupt_while_a_result_is_noted_loses_no_other():
 
 def test_an_error_in_a_process_is_raised_here_and_ends_the_others(two):
     with pytest.raises(ZeroDivisionError, match="one"):
-        collected(failing, [1, 2, 3, 4])
+        collected(work.failing, [1, 2, 3, 4])
     assert not multiprocessing.active_children()
 
 
 def test_a_process_that_dies_is_reported(two):
     with pytest.raises(TrajectoryError, match="a process of the search died.*__main__"):
-        collected(dying, [1, 2])
+        collected(work.dying, [1, 2])
 
 
 def test_work_in_another_thread_than_the_main_one(two):
@@ -128,27 +117,23 @@ def test_work_in_another_thread_than_the_main_one(two):
 def test_each_task_has_its_share_of_the_time_that_is_left(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
     monkeypatch.setattr(parallel.time, "monotonic", iter([0.0, 0.0, 3.0, 9.0, 9.5]).__next__)
-    assert collected(told_time, [0, 0, 0, 0], seconds=8.0) == [8.0 / 4, 5.0 / 3]
+    assert collected(work.told_time, [0, 0, 0, 0], seconds=8.0) == [8.0 / 4, 5.0 / 3]
 
 
 def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
     before = signal.getsignal(signal.SIGINT)
-    assert collected(pressing, [1, 2, 3]) == [(1, True)]
+    assert collected(work.pressing, [1, 2, 3]) == [(1, True)]
     with pytest.raises(KeyboardInterrupt):
-        collected(pressing_twice, [1])
+        collected(work.pressing_twice, [1])
     assert signal.getsignal(signal.SIGINT) == before
-
-
-def test_no_tasks_are_no_results():
-    assert collected(square, []) == []
 
 
 @pytest.mark.parametrize("tasks", [[3], [3, 4]], ids=["here", "in other processes"])
 def test_what_tasks_report_is_received_before_they_end(two, tasks):
     order = []
     run_all(
-        reporting,
+        work.reporting,
         [(task,) for task in tasks],
         LONG,
         lambda result: order.append(("ended", result)),

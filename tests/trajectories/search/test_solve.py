@@ -49,12 +49,8 @@ def test_it_finds_better_and_stays_inside(problem, start, search):
     assert inside(problem, search.unknowns)
     assert search.value < value(problem, start) - 0.5
     assert search.value == pytest.approx(value(problem, search.unknowns), rel=1e-12)
-
-
-def test_history_falls_to_the_value(search):
-    times, values = np.array(search.history).T
+    values = [value for _, value in search.history]
     assert np.all(np.diff(values) < 0)
-    assert np.all(np.diff(times) >= 0)
     assert values[-1] == search.value
 
 
@@ -62,12 +58,12 @@ def test_what_it_ends_at_is_a_minimum(problem, search):
     """No small step that keeps to the bounds makes it better by more than the tolerance of the solver."""
     random, better, tried = np.random.default_rng(0), 0, 0
     room = np.min(problem.margins(search.unknowns)[0])
-    for _ in range(3000):
+    for _ in range(1000):
         step = search.unknowns + 1e-3 * random.normal(size=search.unknowns.size)
         if np.min(problem.margins(step)[0]) >= room:
             tried += 1
             better += value(problem, step) < search.value - 1e-3
-    assert tried > 10
+    assert tried > 3
     assert better == 0
 
 
@@ -83,18 +79,13 @@ def test_a_start_outside_is_brought_inside(problem):
     found = solve(problem, far)
     assert inside(problem, found.unknowns)
     assert np.isfinite(found.value)
+    found = solve(problem, far, stop=lambda: True)  # nothing was inside, so nothing is returned
+    assert (found.unknowns, found.value, found.history) == (None, np.inf, [])
 
 
-def test_where_nothing_was_inside_nothing_is_returned(problem):
-    far = problem.unknowns(coefficients(problem.basis, 2, size=1.0))
-    found = solve(problem, far, stop=lambda: True)
-    assert found.unknowns is None
-    assert found.value == np.inf
-    assert found.history == []
-
-
-def test_asked_to_stop_it_ends_with_its_start(problem, start):
-    found = solve(problem, start, stop=lambda: True)
+@pytest.mark.parametrize("options", [{"stop": lambda: True}, {"seconds": 0.0}], ids=["stopped", "no time"])
+def test_asked_to_end_at_once_it_ends_with_its_start(problem, start, options):
+    found = solve(problem, start, **options)
     np.testing.assert_array_equal(found.unknowns, start)
     assert found.value == pytest.approx(value(problem, start), rel=1e-12)
     np.testing.assert_array_equal(found.curvature, np.eye(len(start)))
@@ -109,11 +100,6 @@ def test_asked_to_stop_on_the_way_it_ends_with_the_best(problem, start, search):
     assert inside(problem, found.unknowns)
 
 
-def test_without_time_it_ends_with_its_start(problem, start):
-    found = solve(problem, start, seconds=0.0)
-    np.testing.assert_array_equal(found.unknowns, start)
-
-
 def test_a_clock_that_runs_out_ends_it(problem, start, search, monkeypatch):
     now = iter(np.arange(0.0, 1e6))
     monkeypatch.setattr(clock.time, "monotonic", lambda: next(now))
@@ -124,36 +110,37 @@ def test_a_clock_that_runs_out_ends_it(problem, start, search, monkeypatch):
 
 
 @dataclass(eq=False)
-class Interrupting(Objective):
-    """An objective during which somebody presses Ctrl-C."""
+class Counting(Objective):
+    """An objective that counts its calls and those of its gradient, and is interrupted after so many."""
 
     inner: object
-    calls: int = 0
+    smooth: bool = True
+    interrupted: float = np.inf
+    values: int = 0
+    gradients: int = 0
 
     def __call__(self, motion):
-        self.calls += 1
-        if self.calls > 5:
+        self.values += 1
+        if self.values > self.interrupted:
             raise KeyboardInterrupt
-        return self.inner(motion)
+        value, gradient = self.inner(motion)
+
+        def counted():
+            self.gradients += 1
+            return gradient()
+
+        return value, counted
 
     def value(self, motion):
         return self.inner.value(motion)
 
 
 def test_an_interrupt_keeps_the_best(problem, start):
-    interrupting = Interrupting(problem.objectives[-1])
+    interrupting = Counting(problem.objectives[-1], interrupted=5)
     found = solve(replace(problem, objectives=[interrupting]), start)
-    assert interrupting.calls == 6
+    assert interrupting.values == 6
     assert inside(problem, found.unknowns)
     assert found.value == pytest.approx(value(problem, found.unknowns), rel=1e-12)
-
-
-def test_each_objective_starts_where_the_last_ended(problem, start, search):
-    """The last alone counts: what the smooth ones find is judged by it."""
-    first = solve(replace(problem, objectives=problem.objectives[:1]), start)
-    assert search.value <= value(problem, first.unknowns) + 1e-3
-    motion = problem.basis.motion(problem.coefficients(first.unknowns))
-    assert first.value == pytest.approx(problem.objectives[0].value(motion), rel=1e-12)
 
 
 def test_what_is_not_smooth_judges_and_is_not_followed(problem, start):
@@ -165,26 +152,6 @@ def test_what_is_not_smooth_judges_and_is_not_followed(problem, start):
     assert found.value == pytest.approx(value(problem, found.unknowns), rel=1e-12)
     assert replace(problem, objectives=[stand_in, judged]).last().objectives == [stand_in, judged]
     assert replace(problem, objectives=[stand_in]).last().objectives == [stand_in]
-
-
-@dataclass(eq=False)
-class Counting(Objective):
-    """An objective that counts how often it and its gradient are asked for."""
-
-    inner: object
-    smooth: bool = True
-    values: int = 0
-    gradients: int = 0
-
-    def __call__(self, motion):
-        self.values += 1
-        value, gradient = self.inner(motion)
-
-        def counted():
-            self.gradients += 1
-            return gradient()
-
-        return value, counted
 
 
 def test_steps_of_a_line_search_need_no_gradient(problem, start):
@@ -210,3 +177,8 @@ def test_an_objective_that_is_no_number_somewhere_spoils_nothing(problem):
     found = solve(replace(problem, objectives=[Hole()]), start)
     assert np.all(np.isfinite(found.unknowns))
     assert np.isfinite(found.value)
+
+
+def test_each_objective_starts_where_the_last_ended(problem, start, search):
+    first = solve(replace(problem, objectives=problem.objectives[:1]), start)
+    assert search.value <= value(problem, first.unknowns) + 1e-3
