@@ -1,7 +1,6 @@
 """exidyn watch: show live measurements of a controller; nothing is commanded and no drive is powered."""
 
 import sys
-import time
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -164,16 +163,16 @@ def _readings(args: Namespace, listener: Listener, requests: StopRequests) -> It
     """Time since the first reading [s] and a reading, until a stop is requested or time is up."""
     tabular = args.json is None and sys.stdout.isatty()
     period = REDRAW if tabular else LINES
-    began, due = None, time.monotonic()
+    began, due = None, listener.clock.monotonic()
     while requests.look() is None:
-        now = time.monotonic()
+        now = listener.clock.monotonic()
         over = began is not None and args.length is not None and now - began >= args.length
         if (now >= due or over) and (reading := listener.look()) is not None:
             began, due = now if began is None else began, now + period
             yield now - began, reading
         if over:
             return
-        time.sleep(STEP)
+        listener.clock.sleep(STEP)
 
 
 def _show(

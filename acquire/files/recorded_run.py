@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from exidyn.drivers import Driver, Info, Sample
+from exidyn.drivers.host_clock import HOST
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
 
@@ -102,9 +103,10 @@ def run_recorded(
     with ExitStack() as stack:
         # First in, last out: a Ctrl-C while the recorder finishes must not end it.
         requests = stack.enter_context(StopRequests())
-        recorder = stack.enter_context(start_recorder(path, waits=not driver.in_real_time))
+        in_real_time = driver.in_real_time and driver.clock is HOST
+        recorder = stack.enter_context(start_recorder(path, waits=not in_real_time))
         sinks = [recorder, *(stack.enter_context(other) for other in viewers()), *also]
-        if driver.in_real_time:
+        if in_real_time:
             warn(stack.enter_context(realtime()))
         announcer = stack.enter_context(Announcer(alarm, unknown_at_end(BLOCKED_LOOP).text))
         outcome = perform(driver, job, sinks, head, requests.look, _print_warnings, announcer)

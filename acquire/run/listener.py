@@ -41,10 +41,13 @@ class Listener:
 
     Args:
         driver: Open driver in real time; nothing else may call it until the listener exits.
+
+    Attributes:
+        clock: Clock of the driver.
     """
 
     def __init__(self, driver: Driver) -> None:
-        self._driver = driver
+        self._driver, self.clock = driver, driver.clock
         self._stopped, self._lock = Event(), Lock()
         self._failure: Exception | None = None
         self._states, self._last_query = ("",) * driver.arm.dof, -np.inf
@@ -67,19 +70,19 @@ class Listener:
         return _reading(samples, self._states, events) if samples else None
 
     def __enter__(self) -> "Listener":
-        self._driver.clock.start(self._thread)
+        self.clock.start(self._thread)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stopped.set()
-        self._driver.clock.join(self._thread)
+        self.clock.join(self._thread)
 
     def _listen(self) -> None:
         try:
             while not self._stopped.is_set():
                 sample = checked(self._driver.exchange(None))
-                if self._driver.clock.monotonic() - self._last_query >= QUERY_PERIOD:
-                    self._last_query, self._states = self._driver.clock.monotonic(), self._driver.states()
+                if self.clock.monotonic() - self._last_query >= QUERY_PERIOD:
+                    self._last_query, self._states = self.clock.monotonic(), self._driver.states()
                 with self._lock:
                     self._samples.append(sample)
                     self._events.extend(sample.events)

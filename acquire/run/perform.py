@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from exidyn.drivers import Driver, Info, Sample, StopLevel
+from exidyn.drivers.host_clock import Clock
 from exidyn.identification.arm.newton_euler import flange_position
 from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.identification.errors import ExidynError
@@ -167,7 +168,7 @@ def _play(loop: Loop, job: Job, info: Info, driver: Driver) -> None:
     try:
         _require_near(start, measured, job)
         # A simulation off the wall clock needs no exchanges meanwhile, and is reproducible without.
-        prepared = _run_while_listening(loop, prepare) if driver.in_real_time else prepare()
+        prepared = _run_while_listening(loop, driver.clock, prepare) if driver.in_real_time else prepare()
         if prepared is None:
             return
         _require_still(loop, measured, job)
@@ -222,7 +223,7 @@ def _require_still(loop: Loop, measured: np.ndarray, job: Job) -> None:
         )
 
 
-def _run_while_listening(loop: Loop, work: Callable[[], T]) -> T | None:
+def _run_while_listening(loop: Loop, clock: Clock, work: Callable[[], T]) -> T | None:
     """Run a function in a thread while the loop listens, so that the controller need not wait.
 
     Returns the function's result, or None as soon as there is a reason to stop.
@@ -238,7 +239,7 @@ def _run_while_listening(loop: Loop, work: Callable[[], T]) -> T | None:
             errors.append(error)
 
     thread = Thread(target=worker, daemon=True)
-    thread.start()
+    clock.start(thread)
     loop.listen(lambda: not thread.is_alive())
     if loop.stops.reason is not None:
         return None

@@ -15,7 +15,10 @@ from pathlib import Path
 from exidyn.drivers.driver import Driver
 from exidyn.drivers.host_clock import HOST
 
-from .virtual_clock import of_this_test
+if __package__:
+    from .virtual_clock import of_this_test
+else:
+    from virtual_clock import of_this_test
 
 HERE = Path(__file__).parent
 ENDING = 60.0
@@ -80,13 +83,16 @@ class Peer:
     Args:
         script: Its file beside this one.
         arguments: Of its command line.
-        shared: Whether it takes part in the virtual clock.
+        shared: Whether it takes part in the virtual clock; as the class says if None.
 
     Attributes:
         address: What it printed after "ready".
     """
 
-    def __init__(self, script, *arguments, shared=True):
+    shared = True
+
+    def __init__(self, script, *arguments, shared=None):
+        shared = Peer.shared if shared is None else shared
         self.clock, self._slot = (of_this_test(), of_this_test().allot()) if shared else (HOST, None)
         self._output, self._printed = tempfile.TemporaryFile(), []
         environment = self.clock.environment(self._slot) if shared else {}

@@ -147,20 +147,17 @@ class VirtualClock(Clock):
             return self._wait(ready, seconds)
         memory, slot = self._memory, self._local.slot
         deadline = NEVER if seconds > 1e8 else memory[NOW] + max(round(1e9 * seconds), 1)
-        while True:
+        done = False
+        while not done and memory[NOW] < deadline:
             memory[DEADLINE + slot] = deadline
             memory[IDLE] += 1
             following = self._following(slot)
             if following != slot:
                 self._hand_to(following)
                 self._await_turn()
-            if ready():
-                break
-            if memory[NOW] >= deadline:
-                memory[IDLE] = 0
-                return False
+            done = bool(ready())
         memory[IDLE] = 0
-        return True
+        return done
 
     def _following(self, slot):
         """Who has the turn next; moves the time on if nobody can go on before."""

@@ -19,6 +19,7 @@ from tests.peers.ur_settings import ur_settings
 
 from .run import FR3, MODEL, ROBOT, START
 
+Peer.shared = False  # these runs are in real time
 PRIORITY = 70
 """Of the peers, below the loop: a controller has a processor of its own, and these share ours."""
 WINDOW = 360.0

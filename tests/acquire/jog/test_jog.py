@@ -2,7 +2,6 @@
 
 import io
 import json
-import time
 from dataclasses import replace
 from functools import partial
 
@@ -18,6 +17,7 @@ from exidyn.acquire.jog.effort import flange_travel
 from exidyn.acquire.jog.there_and_back import SHARE, TURN, Travel, run_limits, there_and_back
 from exidyn.acquire.run.stopping import monitors
 from exidyn.acquire.terminal.run_summary import UNATTENDED
+from exidyn.drivers import Driver
 from exidyn.identification.effects import CoulombFriction, RigidBody
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
@@ -288,7 +288,7 @@ def test_planning_may_take_longer_than_a_controller_waits(cell, tmp_path, capsys
     """Their Timeout and dead man are 2 s."""
 
     def slow(*arguments):
-        time.sleep(2.5)
+        Driver.clock.sleep(2.5)
         return flange_travel(*arguments)
 
     monkeypatch.setattr(jog_command, "flange_travel", slow)
