@@ -7,6 +7,7 @@ time and the deadlines are in shared memory; a turn is a datagram to the address
 """
 
 import atexit
+import fcntl
 import json
 import mmap
 import os
@@ -25,8 +26,8 @@ SLOTS = 16
 """Participants at most."""
 NOW, IDLE, HOLDER = range(3)
 """Places in the shared memory of the time [ns], of how many in a row could not go on, and of who runs."""
-PROCESS, DEADLINE = 4, 4 + SLOTS
-"""Places of the process of each participant, 0 for none, and of its deadline [ns]."""
+PROCESS, DEADLINE, THREAD = 4, 4 + SLOTS, 4 + 2 * SLOTS
+"""Places of the process of each participant, 0 for none, of its deadline [ns], and of its thread."""
 NEVER = 1 << 62
 GONE = 2.0
 """Time of the machine after which one who waits for its turn looks whether the holder has died [s]."""
@@ -77,6 +78,7 @@ class VirtualClock(Clock):
 
         def taking_part():
             self._local.slot, self._local.socket = place
+            self._memory[THREAD + place[0]] = threading.get_native_id()
             try:
                 self._await_turn()
                 run()
@@ -128,6 +130,7 @@ class VirtualClock(Clock):
             turns.settimeout(GONE)
             self._memory[DEADLINE + slot] = self._memory[NOW]
             self._memory[PROCESS + slot] = os.getpid()
+            self._memory[THREAD + slot] = threading.get_native_id()
         return slot, turns
 
     def _address(self, slot):
@@ -195,29 +198,36 @@ class VirtualClock(Clock):
                 self._local.socket.recv(1)
                 return
             except TimeoutError:
-                if self._holder_has_died():
-                    self.free(self._memory[HOLDER])
-                    self._memory[HOLDER], self._memory[IDLE] = self._local.slot, 0
+                if self._take_from_dead():
                     return
 
-    def _holder_has_died(self):
-        """Whether the process that has the turn was killed, as the first of those that wait notices."""
-        memory, holder = self._memory, self._memory[HOLDER]
-        waiting = [k for k in range(SLOTS) if memory[PROCESS + k] and k != holder]
-        if not waiting or waiting[0] != self._local.slot:
-            return False
-        try:
-            status = Path(f"/proc/{memory[PROCESS + holder]}/stat").read_text()
-        except OSError:
+    def _take_from_dead(self):
+        """Take the turn if its holder has ended without handing it on; returns whether it was taken."""
+        memory, slot = self._memory, self._local.slot
+        with open(self._path, "rb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)  # of several that wait, one takes it
+            holder = memory[HOLDER]
+            if holder == slot or _lives(memory[THREAD + holder]):
+                return False
+            self.free(holder)
+            memory[HOLDER], memory[IDLE] = slot, 0
             return True
-        return status.rpartition(")")[2].split()[0] in "ZX"
+
+
+def _lives(thread):
+    """Whether a thread of any process is still there."""
+    try:
+        status = Path(f"/proc/{thread}/stat").read_text()
+    except OSError:
+        return False
+    return status.rpartition(")")[2].split()[0] not in "ZX"
 
 
 @cache
 def of_this_test():
     """The clock of this process and of the peers that it starts; its first participant is this thread."""
     with tempfile.NamedTemporaryFile(prefix="clock", delete=False) as file:
-        file.write(bytes(8 * (DEADLINE + SLOTS)))
+        file.write(bytes(8 * (THREAD + SLOTS)))
     clock = VirtualClock(file.name, 0)
     atexit.register(os.unlink, file.name)
     atexit.register(clock.leave)
