@@ -31,9 +31,8 @@ def test_a_simulator_that_counts_answers_is_recognised_and_runs(tmp_path):
     path, sink = counter_config(tmp_path), Listening()
     pose = ",".join(f"{angle:.9f}" for angle in np.degrees(POSE))
     wide = {"window_lower": -90.0, "window_upper": 90.0, "overall": 90.0, "timeout": 100, "probe": True}
-    with Peer(
-        "rsi_counter.py", "--config", path, f"--start={pose}", "--pause", 0.01, "--patience", 0.1
-    ) as peer:
+    options = "--config", path, f"--start={pose}", "--pause", 0.01, "--patience", 0.1
+    with Peer("rsi_counter.py", *options, shared=False) as peer:
         outcome = perform(driver(path, **wide), job(watch=PATIENT), [sink])
         counts = counted(peer)
     info, cycles = outcome.info, sink.cycles()
@@ -57,7 +56,7 @@ def test_a_simulator_that_counts_answers_is_recognised_and_runs(tmp_path):
 
 def test_a_simulator_that_waits_is_not_answered_where_the_driver_only_listens(tmp_path):
     path = counter_config(tmp_path, only_send=True)
-    with Peer("rsi_counter.py", "--config", path, "--patience", 0.02) as peer:
+    with Peer("rsi_counter.py", "--config", path, "--patience", 0.02, shared=False) as peer:
         with (
             driver(path, wait=0.5) as one,
             pytest.raises(NotReady, match="repeats one telegram, as simulators do"),
