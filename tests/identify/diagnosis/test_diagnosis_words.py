@@ -121,7 +121,7 @@ SAID = {
     "rivals and the run that settles it": (
         diagnosis(finding(alternatives=RIVALS, probability=0.82)),
         ["probability 82 %", "torque ripple of joint 3 (12 %) and load-dependent friction of joint 2 (6 %)",
-         "What would settle it: a run with a body of known mass on the flange."],
+         "settle it: a run with a body of known mass on the flange (exidyn excite --mass)."],
     ),
     "small and not confirmed": (
         diagnosis(finding(torque=0.02, held_out=-3.0)),
@@ -129,7 +129,7 @@ SAID = {
     ),
     "name undecided": (
         diagnosis(undecided=(finding("joint_spring", probability=0.65, alternatives=OTHERS),)),
-        ["joint spring (65 %), time delay of the arm (20 %) or backlash (12 %)", "excite --kind chirp"],
+        ["joint spring (65 %), time delay of the arm (20 %) or backlash (12 %)", "excite --kind sweeps"],
     ),
     "shown by one joint": (
         diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),)),
