@@ -17,7 +17,7 @@ import numpy as np
 from exidyn.acquire.run.frames import END, Event, event_frame, sample_frame, text_frame
 from exidyn.acquire.run.recorder import RunHead, start_recorder
 from exidyn.drivers import Command, Sample
-from exidyn.drivers.host_clock import HostClock, host_time
+from exidyn.drivers.host_clock import HOST, HostClock
 from exidyn.identification.robot_files.robot_file import read_model
 
 MODEL = read_model("cobot")
@@ -45,7 +45,7 @@ def head(now):
 def main(path, progress, seconds):
     with start_recorder(Path(path)) as sink, open(progress, "r+b") as file:
         handed = mmap.mmap(file.fileno(), 16)
-        now = host_time()
+        now = HOST.host_time()
         struct.pack_into("<q", handed, 0, now)
         sink.put(head(now).frame())
         sink.put(event_frame(Event(now, 0, "driver", "begun", {})))
@@ -53,7 +53,7 @@ def main(path, progress, seconds):
         print("ready", sink.process_id, flush=True)
         for _ in range(round(seconds / CYCLE)):
             tick = clock.wait()
-            now = host_time()
+            now = HOST.host_time()
             sink.put(sample_frame(*sample(tick.number, now, tick.lateness, tick.skipped), 2))
             if sink.failure:
                 break

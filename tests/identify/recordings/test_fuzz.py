@@ -16,7 +16,7 @@ from ...parts.small import two_joints
 pytestmark = pytest.mark.slow
 
 INPUTS = 40
-"""Of each parser, fewer of a slow one; the benchmark tries more."""
+"""Inputs of each parser, fewer of a slow one."""
 
 
 @pytest.mark.parametrize("name", PARSERS)
@@ -25,7 +25,6 @@ def test_damaged_files_are_read_or_refused_in_one_line(name, tmp_path):
     outcome = fuzz.fuzz(name, count, tmp_path / "input")
     assert not outcome.failures
     assert outcome.inputs == count
-    assert outcome.read > 0
     assert outcome.refused > 0
     assert len(outcome.longest) <= fuzz.LONGEST
 
