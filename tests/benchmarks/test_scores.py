@@ -1,6 +1,5 @@
 """The arithmetic of benchmarks, which could give wrong figures without anybody noticing."""
 
-import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -36,16 +35,12 @@ def test_a_limit_that_is_exceeded_is_one_sentence(tmp_path, capsys):
     for tests, code in ((2, 0), (1, 1)):
         limits = f"[tool.exidyn.size]\nproduct = 2\ntests = {tests}\nbenchmarks = 9\n"
         (tmp_path / "pyproject.toml").write_text(limits)
-        assert size.main(["--check", "--json", str(tmp_path / "f.json")], tmp_path) == code
+        assert size.main(["--check"], tmp_path) == code
         out, errors = capsys.readouterr()
         assert out == ""
         assert errors.count("\n") == code
     assert "tests has 2 lines of Python, 1 more than the limit of 1" in errors
-    assert json.loads((tmp_path / "f.json").read_text())["lines"] == {
-        "product": 2,
-        "tests": 2,
-        "benchmarks": 2,
-    }
+    assert size.line_counts(tmp_path) == {"product": 2, "tests": 2, "benchmarks": 2}
 
 
 def case(kind, concealed, named=(), unexplained=False, evidence=1000.0, others=()):

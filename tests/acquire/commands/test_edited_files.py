@@ -29,7 +29,8 @@ def test_an_edited_file_is_refused_in_one_line(name, tmp_path, monkeypatch, caps
     assert main(command.split()[2:]) == 2
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
     assert len(told) == 1
-    wrong = r"(fit|diagnosis)\.json: [a-z_]+(\[\d+\])*[a-z_.\[\]\d]*: expected .*; found |has format 1; "
+    where = r"(fit|diagnosis)\.json: [a-z_]+(\[\d+\])*[a-z_.\[\]\d]*"
+    wrong = rf"{where}: expected .*; found |has format 1; |key '\w+' is missing"
     assert re.search(wrong, told[0])
     assert not list(Path("o").iterdir())
 
