@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exidyn.acquire.arguments.exit_codes import STOPPED, UNSAFE
 from exidyn.acquire.arguments.run_options import check_duration
-from exidyn.acquire.command_line import REFUSED, STOPPED, UNSAFE, main
+from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.record_command import _clearances
 from exidyn.acquire.run.errors import NotAllowed
 from exidyn.acquire.terminal.run_summary import UNATTENDED
@@ -185,7 +186,7 @@ def test_a_controller_that_is_not_there_is_reported_before_a_rehearsal(arguments
 def test_collisions_of_an_edited_motion_are_looked_at_again(edited, tmp_path):
     robot = tmp_path / "bodies.urdf"
     robot.write_text(urdf_text(two_joints.model()).replace("visual>", "collision>"))
-    given = Namespace(robot=str(robot), region=None, approach=False, no_collision=False, packages=[])
+    given = Namespace(robot=str(robot), cell=None, approach=False, no_collision=False)
     assert bool(_clearances(given, replace(known_plan(), edited=edited), read_model(robot))) == edited
 
 
