@@ -18,7 +18,7 @@ class Result:
     """What a command returns."""
 
     page: str | None = None  # text for a person; None if the result consists of its files or its view
-    # The same for scripts, or the text of its JSON; printed or written as --json states.
+    # The result for scripts, or the text of its JSON, which --json prints or writes.
     table: Mapping[str, Any] | str = ""
     written: Sequence[Path] = ()  # files that the command wrote
     # Function that makes the view of --view, --serve and --save, and imports Rerun.
