@@ -10,6 +10,8 @@ from ...model import Model
 from ...notebook import InNotebook, counted, optional
 from ...result_file import NOT_IN_FILE
 from ...schema import Number, Real
+from .adequacy import Adequacy
+from .beliefs import Beliefs
 from .evidence import Evidence
 from .finding import Finding
 from .residuals import Budget, Change, Hinted, Located, Remainder
@@ -73,6 +75,9 @@ class Diagnosis(InNotebook):
         seconds: Duration of the diagnosis, reading files and simulation not counted [s].
         tried: Number of hypotheses of each effect that were tested on these runs.
         simulated: How a simulated run agrees with its recording; None where nothing was simulated.
+        beliefs: Findings that depend on whether the bodies are as described; None where that was not asked.
+        adequacy: Whether the model with all findings fits as correct models fit correct data; None where that
+            was not asked.
         evidence: Samples and models; None for a diagnosis that was read from its file.
     """
 
@@ -99,6 +104,8 @@ class Diagnosis(InNotebook):
     seconds: Number = 0.0
     tried: Mapping[str, int] = field(default_factory=dict)
     simulated: Simulated | None = None
+    beliefs: Beliefs | None = None
+    adequacy: Adequacy | None = None
     evidence: Evidence | None = field(default=None, metadata=NOT_IN_FILE)
 
     if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above

@@ -1,0 +1,36 @@
+"""Adequacy: whether the model with all findings fits the runs as correct models fit correct data."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...schema import Real
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """A joint and a time interval in which the residual concentrates."""
+
+    run: str  # name of the run
+    start: Real  # beginning, in the run's time [s]
+    end: Real  # end [s]
+    joint: int  # index of the joint, from 0
+
+
+@dataclass(frozen=True, eq=False)
+class Adequacy:
+    """Absolute fit of the model with all findings: no effect is named on a joint that fails it.
+
+    Attributes:
+        shares: Left-out residual over torque of each joint, shape (n,) [-].
+        shares_alone: The same with parameters of its own for each joint, shape (n,) [-].
+        pooled_share: Left-out residual over torque of all joints together [-].
+        failing: Joints that do not fit as correct data do, from 0; empty where the model is adequate.
+        misfits: Where and when the residual of failing joints concentrates.
+    """
+
+    shares: np.ndarray
+    shares_alone: np.ndarray
+    pooled_share: Real
+    failing: tuple[int, ...]
+    misfits: tuple[Misfit, ...] = ()
