@@ -113,9 +113,23 @@ class Problem:
         return cls(model, loaded, blocks, base, rows, pairs, known, flange_torques)
 
     def with_candidates(self, more: Iterable[Candidate]) -> "Problem":
-        """This problem with further candidates."""
-        added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
+        """This problem with further candidates, except those that it has."""
+        present = {(candidate.key, *candidate.shape.items()) for candidate, _ in self.candidates}
+        fresh = [candidate for candidate in more if (candidate.key, *candidate.shape.items()) not in present]
+        added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in fresh]
         return replace(self, candidates=[*self.candidates, *added]) if added else self
+
+    def with_priors(self, model: Model) -> "Problem":
+        """This problem with the priors of another model, which has the same parameters."""
+        std = np.array([prior.std for prior in model.priors])
+        rows, base = (
+            replace(rows, std=np.append(std, rows.std[len(std) :])) for rows in (self.rows, self.base)
+        )
+        return replace(self, model=model, rows=rows, base=base)
+
+    def with_load_of(self, other: "Problem") -> "Problem":
+        """This problem with the load, the runs and the candidates of another one that has other priors."""
+        return other.with_priors(self.model)
 
     def columns_of(self, candidate: Candidate) -> Thinned:
         """Columns of a candidate, from a cache: the residual suggests some candidates again and again."""
