@@ -108,13 +108,13 @@ class Prediction:
 
     @cached_property
     def _block_equations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Normal matrices (k, b, b) and right-hand sides (k, b) of each block; zero if it is held out."""
-        blocks, count, fitted = len(self.blocks), len(self.rows.std), self.blocks.fitted
-        matrices, right = np.zeros((blocks, count, count)), np.zeros((blocks, count))
+        """Normal matrices (k, b, b) and right-hand sides (k, b) of each fitted block, k of them."""
+        fitted, count = self.blocks.fitted, len(self.rows.std)
+        matrices, right = np.zeros((fitted.sum(), count, count)), np.zeros((fitted.sum(), count))
         for joint, (columns, acting) in enumerate(zip(self.whitened, self.sums.acting, strict=True)):
-            rows = columns * fitted[:, None, None]
+            rows = columns[fitted]
             matrices[:, acting[:, None], acting] += np.swapaxes(rows, 1, 2) @ rows
-            right[:, acting] += (self.whitened_torque[:, joint, None] @ rows)[:, 0]
+            right[:, acting] += (self.whitened_torque[fitted, joint, None] @ rows)[:, 0]
         return matrices, right
 
     @cached_property
@@ -144,9 +144,10 @@ class Prediction:
         return solve(self.factor, self.normal[1])
 
     @cached_property
-    def factors(self) -> list[Factor]:
-        """Factors of the normal matrix without each block."""
-        return [factored(self.normal[0] - matrix) for matrix in self._block_equations[0]]
+    def factors(self) -> dict[int, Factor]:
+        """Fitted block -> factor of the normal matrix without it."""
+        fitted, matrices = np.flatnonzero(self.blocks.fitted).tolist(), self._block_equations[0]
+        return {k: factored(self.normal[0] - own) for k, own in zip(fitted, matrices, strict=True)}
 
     @cached_property
     def root(self) -> np.ndarray:
@@ -173,18 +174,18 @@ class Prediction:
     @cached_property
     def leaving_out(self) -> LeftOut:
         """What a residual of the fit becomes in each block when this block is left out."""
-        rows = np.zeros((*self.whitened_errors.shape, len(self.rows.std)))
-        for joint, (columns, acting) in enumerate(zip(self.whitened, self.sums.acting, strict=True)):
-            rows[:, joint, :, acting] = np.moveaxis(columns, 2, 0)
-        rows = rows.reshape(len(rows), -1, rows.shape[3])
-        fitted = np.flatnonzero(self.blocks.fitted).tolist()
-        return LeftOut.of({block: rows[block] @ whitening(self.factors[block]).T for block in fitted})
+        roots = {block: whitening(factor) for block, factor in self.factors.items()}
+        inverses = {block: root.T @ root for block, root in roots.items()}
+        return LeftOut(self.whitened, self.sums.acting, inverses)
 
     @cached_property
     def left_out(self) -> np.ndarray:
         """Unknowns fitted without each block, shape (k, b)."""
-        right = self.normal[1] - self._block_equations[1]
-        return np.array([solve(factor, side) for factor, side in zip(self.factors, right, strict=True)])
+        values = np.tile(self.values, (len(self.blocks), 1))
+        rights = self.normal[1] - self._block_equations[1]
+        for (block, factor), right in zip(self.factors.items(), rights, strict=True):
+            values[block] = solve(factor, right)
+        return values
 
     @cached_property
     def whitened_errors(self) -> np.ndarray:

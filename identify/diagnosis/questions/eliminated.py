@@ -16,7 +16,7 @@ class Eliminated:
     """Columns of i candidates, p each, whitened, after a fit of the prediction's unknowns to all blocks."""
 
     prediction: Prediction  # prediction without the candidates
-    unexplained: np.ndarray  # part of the columns that the unknowns do not explain, shape (i, p, k, n l)
+    unexplained: np.ndarray  # part of the columns that the unknowns do not explain, shape (i, p, k, n, l)
     products: np.ndarray  # products with the unknowns over fitted blocks, shape (i, p, b)
     whitened: np.ndarray  # these products, whitened, shape (i, p, b)
     matrix: np.ndarray  # normal matrices of the coefficients, shape (i, p, p)
@@ -42,7 +42,7 @@ class Eliminated:
             unexplained[members, :, :, joint] += columns
         return cls(
             prediction,
-            unexplained.reshape(*unexplained.shape[:3], -1),
+            unexplained,
             products,
             whitened,
             matrix - gram(whitened),
@@ -55,20 +55,21 @@ class Eliminated:
 
     @cached_property
     def left_out(self) -> np.ndarray:
-        """The unexplained part in each block if this block is left out, shape (i, p, k, n l)."""
+        """The unexplained part in each block if this block is left out, shape (i, p, k, n, l)."""
         flat = self.unexplained.reshape(-1, *self.unexplained.shape[2:])
         return self.prediction.leaving_out.applied(flat).reshape(self.unexplained.shape)
 
     def predicted(self, fits: Fitted) -> np.ndarray:
         """Change of the whitened prediction of each block by the others with each candidate, (i, k, n, l)."""
         residual, fitted = self.prediction.whitened_errors, self.prediction.blocks.fitted[:, None]
-        products = np.einsum("ipkr,iqkr->ikpq", self.unexplained, self.left_out)
-        along = np.einsum("ipkr,kr->ikp", self.unexplained, residual.reshape(len(residual), -1))
+        own, left_out = (x.reshape(*x.shape[:3], -1) for x in (self.unexplained, self.left_out))
+        products = np.einsum("ipkr,iqkr->ikpq", own, left_out)
+        along = np.einsum("ipkr,kr->ikp", own, residual.reshape(len(residual), -1))
         # A fit without a block has less information; without a held-out block, it is the same.
         matrix = with_diagonal(self.matrix, fits.precision)[:, None] - products * fitted[..., None]
         right = (along - np.einsum("ikpq,iq->ikp", products, fits.values)) * fitted
         decrease = solved(matrix, right, np.zeros(right.shape), fits.free[:, None])
-        change = np.einsum("ikp,ipkr->ikr", fits.values[:, None] - decrease, self.left_out)
+        change = np.einsum("ikp,ipkr->ikr", fits.values[:, None] - decrease, left_out)
         return change.reshape(len(change), *residual.shape)
 
 

@@ -98,8 +98,10 @@ def question(case, given, random, **more):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case):
-    given, pieces, random = system(0)
+@pytest.mark.parametrize("lengths", [LENGTHS, (2,) * (COUNT // 2)])  # more, and fewer rows than unknowns
+def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case, lengths):
+    given, _, random = system(0)
+    pieces = blocks(lengths, HELD_OUT)
     given, pair = question(case, given, random)
     prediction = predicted(given, pieces)
     [answer] = ask(prediction, [pair])
