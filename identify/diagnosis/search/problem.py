@@ -12,7 +12,7 @@ import numpy as np
 from ...effects import TorqueCurve
 from ...model import Model
 from ...positive_definite import solve
-from ..blocks.blocks import Blocks, BlockSums
+from ..blocks.blocks import BlockRows, Blocks
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
 from ..candidates.contact_event import FlangeTorque
@@ -211,7 +211,6 @@ class Problem:
         """Free the memory of predictions and products, once another problem has replaced this one."""
         self._recent.clear()
         self._anew.clear()
-        self._sums.known.clear()
 
     @cached_property
     def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:
@@ -224,9 +223,9 @@ class Problem:
         return _predicted(self.rows, self.blocks, self.runs, None, self._sums)
 
     @cached_property
-    def _sums(self) -> BlockSums:
-        """Products of rows without findings, which all predictions share."""
-        return BlockSums.of(self.rows, self.blocks)
+    def _sums(self) -> BlockRows:
+        """Rows without findings, arranged by block, which all predictions share."""
+        return BlockRows.of(self.rows, self.blocks)
 
     @property
     def stated(self) -> np.ndarray:
@@ -294,7 +293,7 @@ def _predicted(
     blocks: Blocks,
     runs: Sequence[Driven],
     similar: Prediction | None = None,
-    sums: BlockSums | None = None,
+    sums: BlockRows | None = None,
     nominal: np.ndarray | None = None,
 ) -> Prediction:
     rate, weighting = runs[0].prepared.decimation.output_rate, similar.weighting if similar else None
