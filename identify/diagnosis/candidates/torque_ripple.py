@@ -1,8 +1,12 @@
-"""Torque ripple: waves per turn of the motor, of low numbers or of any number that the residual shows."""
+"""Torque ripple: waves per turn of the motor, of low numbers or of any number that the residual shows.
+
+Waves that pass the filter of the comparison are candidates. Faster ones are found in the unfiltered torque:
+they can only be located, since no row of the fit contains them.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +35,14 @@ WAVES = ("Rcos", "Rsin", "Fcos", "Fsin")
 """Prefixes of the names of wave coefficients."""
 LONGEST = 2_000_000
 """Maximum number of position steps in a joint's range; a few megabytes."""
+RECORDED = 0.4
+"""Highest frequency that a drive's current contains, share of the sampling rate [-]."""
+FEWEST = 1000
+"""Fewest samples with a level of noise over position."""
+AROUND = 161
+"""Number of separate waves whose median is the level of noise, which is then known to a tenth."""
+LINES = 1e-4
+"""Probability that noise alone has waves that stand out as much."""
 
 
 def low(model: Model) -> Iterator[Candidate]:
@@ -55,7 +67,7 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
         moves = prediction.rows.weight[:, joint] > 0
         if not np.any(moves):
             continue
-        fastest = 2 * np.pi * cutoff / max(float(np.percentile(np.abs(velocity[moves, joint]), SLOW)), 1e-9)
+        fastest = _fastest(velocity[moves, joint], cutoff)
         for waves, among in _peaks(position[:, joint], residual[:, joint], fastest):
             harmonic, step = waves / turns[joint], fastest / among / turns[joint]
             effect = EFFECTS[NAME](joints=(name,), harmonic=harmonic)  # type: ignore[call-arg]
@@ -71,6 +83,11 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
             yield of_effect(model, NAME, effect, KINDS[NAME], (joint,), of_peak)
 
 
+def _fastest(velocity: np.ndarray, cutoff: float) -> float:
+    """Waves per turn that a filter [Hz] passes during the slowest motion, of velocities (r,) [rad/s]."""
+    return 2 * np.pi * cutoff / max(float(np.percentile(np.abs(velocity), SLOW)), 1e-9)
+
+
 def _peaks(position: np.ndarray, residual: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
     """Waves per turn with most power in a residual (r,) over position (r,) [rad], and their number.
 
@@ -79,19 +96,12 @@ def _peaks(position: np.ndarray, residual: np.ndarray, fastest: float) -> Iterat
         residual: Residual of the joint, shape (r,) [N m].
         fastest: Waves per turn above which the filter has removed the torque.
     """
-    offset = position - position.min()
-    span = float(offset.max())
-    step = np.pi / fastest / 2
-    count = int(span / step) + 2
-    if span <= 0.0 or count > LONGEST:
+    waves, power = _spectrum(position, residual, fastest)
+    if not len(waves):
         return
-    size = 1 << int(np.ceil(np.log2(FINE * count)))
-    sums = np.bincount(np.minimum((offset / step).astype(int), count - 1), residual, size)
-    power = np.abs(np.fft.rfft(sums)) ** 2
-    waves = 2 * np.pi * np.arange(len(power)) / (size * step)
-    width = 2 * np.pi / span
+    width = 2 * np.pi / float(np.ptp(position))
     power[(waves < LOWEST * max(width, 1.0)) | (waves > fastest)] = 0.0
-    power = _over_their_level(power, waves)
+    power = _over_their_octave(power, waves)
     for _ in range(PEAKS):
         peak = int(np.argmax(power))
         if power[peak] <= 0.0:
@@ -100,7 +110,64 @@ def _peaks(position: np.ndarray, residual: np.ndarray, fastest: float) -> Iterat
         power[np.abs(waves - waves[peak]) < 1.5 * width] = 0.0
 
 
-def _over_their_level(power: np.ndarray, waves: np.ndarray) -> np.ndarray:
+def _spectrum(position: np.ndarray, values: np.ndarray, fastest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Waves per turn, and power of values (r,) over position (r,) [rad]; empty if the joint rests."""
+    offset = position - position.min()
+    step = np.pi / fastest / 2
+    count = int(float(offset.max()) / step) + 2
+    if not np.any(offset) or count > LONGEST:
+        return np.zeros(0), np.zeros(0)
+    size = 1 << int(np.ceil(np.log2(FINE * count)))
+    sums = np.bincount(np.minimum((offset / step).astype(int), count - 1), values, size)
+    power = np.abs(np.fft.rfft(sums)) ** 2
+    return 2 * np.pi * np.arange(len(power)) / (size * step), power
+
+
+class Line(NamedTuple):
+    """Waves of a joint's torque that are too fast for the filter of the comparison."""
+
+    waves: float  # number per turn of the joint
+    amplitude: float  # amplitude [N m]
+    cutoff: float  # cut-off of a filter that lets them pass during the slowest motion [Hz]
+
+
+def line_above_cutoff(runs: Sequence[Driven], joint: int) -> Line | None:
+    """Waves over position that stand out in both halves of the unfiltered torque; None without any."""
+    slides = [run.prepared.sliding[:, joint] for run in runs]
+    position, velocity = (
+        np.concatenate([getattr(run.motion, name)[at, joint] for run, at in zip(runs, slides, strict=True)])
+        for name in ("position", "velocity")
+    )
+    torque = np.concatenate([_unfiltered(run, joint)[at] for run, at in zip(runs, slides, strict=True)])
+    if len(torque) < FEWEST:
+        return None
+    rate, cutoff = (
+        min(getattr(run.prepared.decimation, name) for run in runs) for name in ("rate", "cutoff")
+    )
+    slow, fast = _fastest(velocity, cutoff), _fastest(velocity, RECORDED * rate)
+    first = np.arange(len(torque)) < len(torque) // 2
+    halves = [_spectrum(position, torque * half, fast) for half in (first, ~first)]
+    waves, powers = halves[0][0], np.array([power for _, power in halves])
+    inner = np.flatnonzero((waves > slow) & (waves <= fast))
+    inner = inner[: len(inner) // (FINE * AROUND) * FINE * AROUND].reshape(-1, FINE * AROUND)
+    if not inner.size:
+        return None
+    level = np.median(powers[:, inner], axis=2, keepdims=True) / np.log(2.0)
+    ratio = np.min(powers[:, inner] / level, axis=0).ravel()
+    # The power of noise is exponential, and both halves must show the same waves.
+    if ratio.size * np.exp(-2.0 * ratio.max()) > LINES:
+        return None
+    number = float(waves[inner.ravel()[ratio.argmax()]])
+    amplitude = 2.0 * abs(np.mean(torque * np.exp(-1j * number * position)))
+    return Line(number, float(amplitude), number / slow * cutoff)
+
+
+def _unfiltered(run: Driven, joint: int) -> np.ndarray:
+    """Recorded torque of a joint minus that of the fitted model, at full rate, shape (t,) [N m]."""
+    return np.asarray((run.prepared.gain * run.prepared.current - run.torque)[:, joint])
+
+
+def _over_their_octave(power: np.ndarray, waves: np.ndarray) -> np.ndarray:
     """Powers over the median of their octave, so that neither end of the spectrum dominates."""
     octave = np.floor(np.log2(np.maximum(waves, 1e-9))).astype(int)
     ratio = np.zeros_like(power)

@@ -4,7 +4,7 @@ The residual is tested for smooth functions of recorded quantities: powers, wave
 features without physics; whatever they explain is missing in the model and has no name.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +12,10 @@ from scipy import ndimage
 
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
+from ...text_table import digits
 from ..blocks.prediction import Prediction
 from ..candidates.parts import on_joint
+from ..candidates.torque_ripple import AROUND, LINES, line_above_cutoff
 from ..findings.residuals import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
@@ -34,8 +36,6 @@ MATERIAL = 0.3
 worth a run [-]."""
 MAIN = 0.7
 """`MATERIAL` without a noise floor, when the residual itself is the level: half of its square [-]."""
-AROUND = 161
-"""Number of frequencies whose median is the level around a spectral line, which is then known to a tenth."""
 PASSED = 0.7
 """Share of the highest frequency up to which torque passes the filter unchanged [-]."""
 SLOWEST = 1.0
@@ -46,8 +46,6 @@ drives are noisier than drives at rest, but their noise has less than four times
 GUESSED = 10.0
 """`BEYOND` for a noise floor that was guessed from high frequencies [-]: noise has more power at low
 frequencies, but never a hundred times as much."""
-LINES = 1e-4
-"""Probability that noise alone has a spectral line that stands out as much."""
 
 
 def _position(run: Driven, joint: int) -> list[np.ndarray]:
@@ -158,6 +156,21 @@ def remainders(
         elif over > (BEYOND if rested else GUESSED):
             rows.append(Remainder(joint, over, CREDIBLE, UNCERTAIN))
     return rows
+
+
+def fast_ripples(runs: Sequence[Driven], noise: np.ndarray, units: Sequence[str]) -> Iterator[Remainder]:
+    """Waves over position that the filter of the comparison removes, and the cut-off that shows them.
+
+    The noise floor (n,) is that behind the filter [N m].
+    """
+    for joint, floor in enumerate(noise.tolist()):
+        if (fast := line_above_cutoff(runs, joint)) is not None:
+            waves = (
+                f"{round(fast.waves)} waves per turn of the joint, {digits(fast.amplitude, 2)} {units[joint]}"
+            )
+            cure = f"above the filter's cut-off: raise --torque-cutoff to {np.ceil(fast.cutoff):.0f} Hz"
+            over = fast.amplitude / np.sqrt(2.0) / floor
+            yield Remainder(joint, float(over), 1 - LINES, f"position, {waves}, {cure}")
 
 
 def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarray) -> SearchResult:
