@@ -37,6 +37,8 @@ LONGEST = 2_000_000
 """Maximum number of position steps in a joint's range; a few megabytes."""
 RECORDED = 0.4
 """Highest frequency that a drive's current contains, share of the sampling rate [-]."""
+PASSED = 0.7
+"""Share of its cut-off up to which a filter passes torque unchanged [-]."""
 FEWEST = 1000
 """Fewest samples with a level of noise over position."""
 AROUND = 161
@@ -128,23 +130,39 @@ class Line(NamedTuple):
 
     waves: float  # number per turn of the joint
     amplitude: float  # amplitude [N m]
-    cutoff: float  # cut-off of a filter that lets them pass during the slowest motion [Hz]
+    cutoff: float  # cut-off of a filter that passes them unchanged during the slowest motion [Hz]
 
 
 def line_above_cutoff(runs: Sequence[Driven], joint: int) -> Line | None:
-    """Waves over position that stand out in both halves of the unfiltered torque; None without any."""
+    """Waves over position that stand out in the unfiltered torque of a joint; None without any."""
+    samples = [
+        np.stack([run.motion.position[:, joint], run.motion.velocity[:, joint], _unfiltered(run, joint)])
+        for run in runs
+    ]
     slides = [run.prepared.sliding[:, joint] for run in runs]
-    position, velocity = (
-        np.concatenate([getattr(run.motion, name)[at, joint] for run, at in zip(runs, slides, strict=True)])
-        for name in ("position", "velocity")
+    position, velocity, torque = np.concatenate(
+        [values[:, sliding] for values, sliding in zip(samples, slides, strict=True)], axis=1
     )
-    torque = np.concatenate([_unfiltered(run, joint)[at] for run, at in zip(runs, slides, strict=True)])
     if len(torque) < FEWEST:
         return None
-    rate, cutoff = (
-        min(getattr(run.prepared.decimation, name) for run in runs) for name in ("rate", "cutoff")
-    )
-    slow, fast = _fastest(velocity, cutoff), _fastest(velocity, RECORDED * rate)
+    decimations = [run.prepared.decimation for run in runs]
+    cutoff = min(decimation.cutoff for decimation in decimations)
+    slow = _fastest(velocity, cutoff)
+    fast = _fastest(velocity, RECORDED * min(decimation.rate for decimation in decimations))
+    waves = _shared_by_halves(position, torque, slow, fast)
+    if waves is None:
+        return None
+    amplitude = 2.0 * abs(np.mean(torque * np.exp(-1j * waves * position)))
+    return Line(waves, float(amplitude), waves / slow * cutoff / PASSED)
+
+
+def _unfiltered(run: Driven, joint: int) -> np.ndarray:
+    """Recorded torque of a joint minus that of the fitted model, at full rate, shape (t,) [N m]."""
+    return np.asarray((run.prepared.gain * run.prepared.current - run.torque)[:, joint])
+
+
+def _shared_by_halves(position: np.ndarray, torque: np.ndarray, slow: float, fast: float) -> float | None:
+    """Waves per turn between two limits that stand out in both halves of a torque (t,); None without any."""
     first = np.arange(len(torque)) < len(torque) // 2
     halves = [_spectrum(position, torque * half, fast) for half in (first, ~first)]
     waves, powers = halves[0][0], np.array([power for _, power in halves])
@@ -154,17 +172,10 @@ def line_above_cutoff(runs: Sequence[Driven], joint: int) -> Line | None:
         return None
     level = np.median(powers[:, inner], axis=2, keepdims=True) / np.log(2.0)
     ratio = np.min(powers[:, inner] / level, axis=0).ravel()
-    # The power of noise is exponential, and both halves must show the same waves.
+    # The power of noise is exponential; this is the chance that it stands out as much in both halves.
     if ratio.size * np.exp(-2.0 * ratio.max()) > LINES:
         return None
-    number = float(waves[inner.ravel()[ratio.argmax()]])
-    amplitude = 2.0 * abs(np.mean(torque * np.exp(-1j * number * position)))
-    return Line(number, float(amplitude), number / slow * cutoff)
-
-
-def _unfiltered(run: Driven, joint: int) -> np.ndarray:
-    """Recorded torque of a joint minus that of the fitted model, at full rate, shape (t,) [N m]."""
-    return np.asarray((run.prepared.gain * run.prepared.current - run.torque)[:, joint])
+    return float(waves[inner.ravel()[ratio.argmax()]])
 
 
 def _over_their_octave(power: np.ndarray, waves: np.ndarray) -> np.ndarray:

@@ -1,9 +1,8 @@
 """Baseline: the fit of `identify`, to which a finding's share and every residual "before" refer.
 
-Its unknowns are the parameters of the model, within their tolerances. Drive gains are unknown only if a known
-payload determines them, and are fitted to the torque without findings: a free gain would scale with whatever
-resembles the torque of a finding. The clock errors and the reversals of dry friction that a search fits
-besides are no part of it.
+Its unknowns are the parameters of the model and drive gains, within their tolerances. Gains scale the torque
+without findings: otherwise they would scale whatever resembles the torque of a finding. The clock errors and
+the reversals of dry friction that a search fits besides are no part of it, nor is the trust in blocks.
 """
 
 from collections.abc import Iterator
@@ -11,8 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...effects import Payload
-from ...model import Model
 from ..blocks.blocks import BlockSums
 from ..blocks.prediction import Prediction
 from ..runs.rows import GAIN, Rows
@@ -20,40 +17,40 @@ from ..search.problem import with_findings
 from ..search.search import SearchResult
 from ..search.selected import answers_of
 
-
-def baseline(result: SearchResult) -> Prediction:
-    """Prediction of all blocks by the model without findings."""
-    return next(baselines(result))
+TURNS = 5
+"""Number of alternations between parameters and the noise of joints, which then changes by less than 1 %."""
 
 
 def baselines(result: SearchResult) -> Iterator[Prediction]:
     """Predictions of the baseline with none, with the first, with the first two, ... of the findings."""
-    start, answers, weight = (
-        result.without_findings,
-        answers_of(result.selected),
-        result.prediction.rows.weight,
-    )
-    rows = replace(_of_model(start.rows, result.problem.model), weight=weight)
-    count, sums, similar = len(rows.names), BlockSums.of(rows, start.blocks), None
+    start, answers = result.without_findings, answers_of(result.selected)
+    rows = _of_model(start.rows, len(result.problem.model.names))
+    rows = replace(rows, weight=result.prediction.rows.weight)
+    count, sums = len(rows.names), BlockSums.of(rows, start.blocks)
     for number in range(len(answers) + 1):
-        more = with_findings(rows, answers[:number])
-        sums = sums.plus(more, count)
-        prediction = Prediction.of(more, start.blocks, start.rate, similar, sums)
-        count, similar = len(more.names), prediction.weighting
-        yield prediction
+        extended = with_findings(rows, answers[:number])
+        sums = sums.plus(extended, count)
+        count = len(extended.names)
+        yield _weighted(start, extended, sums)
 
 
-def _of_model(rows: Rows, model: Model) -> Rows:
-    """Rows with the unknowns of the model, and with gains if a payload of known mass determines them."""
-    weighed = any(isinstance(body, Payload) and body.known for body in model.payloads.values())
-    places = np.array(
-        [
-            place < len(model.names) or (weighed and name.startswith(GAIN))
-            for place, name in enumerate(rows.names)
-        ]
-    )
-    columns, fields = rows.columns[:, :, places], ("std", "mean", "lower", "bounded")
-    names = tuple(name for name, kept in zip(rows.names, places, strict=True) if kept)
-    return replace(
-        rows, columns=columns, names=names, **{name: getattr(rows, name)[places] for name in fields}
-    )
+def _of_model(rows: Rows, count: int) -> Rows:
+    """Rows with the first `count` unknowns, those of the model, and drive gains."""
+    names = list(enumerate(rows.names))
+    places = np.array([place for place, name in names if place < count or name.startswith(GAIN)], int)
+    fields = {name: getattr(rows, name)[places] for name in ("std", "mean", "lower", "bounded")}
+    named = tuple(rows.names[place] for place in places)
+    return replace(rows, columns=rows.columns[:, :, places], names=named, **fields)
+
+
+def _weighted(start: Prediction, rows: Rows, sums: BlockSums) -> Prediction:
+    """Prediction whose joints are weighted by their residuals, and all fitted blocks alike."""
+    fitted = start.blocks.fitted[start.blocks.number]
+    total = np.maximum(rows.weight[fitted].sum(axis=0), 1.0)
+    alike = start.blocks.fitted[:, None] + np.zeros(sums.counts.shape)
+    weighting = replace(start.weighting, trust=alike)
+    for _ in range(TURNS):
+        prediction = Prediction(rows, start.blocks, start.rate, sums, weighting)
+        variance = np.sum(sums.residual(prediction.values)[fitted] ** 2, axis=0) / total
+        weighting = replace(weighting, variance=rows.row_variance(variance + 1e-30))
+    return Prediction(rows, start.blocks, start.rate, sums, weighting)

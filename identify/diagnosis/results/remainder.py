@@ -15,7 +15,7 @@ from ...model import Model
 from ...text_table import digits
 from ..blocks.prediction import Prediction
 from ..candidates.parts import on_joint
-from ..candidates.torque_ripple import AROUND, LINES, line_above_cutoff
+from ..candidates.torque_ripple import AROUND, LINES, PASSED, line_above_cutoff
 from ..findings.residuals import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
@@ -36,8 +36,6 @@ MATERIAL = 0.3
 worth a run [-]."""
 MAIN = 0.7
 """`MATERIAL` without a noise floor, when the residual itself is the level: half of its square [-]."""
-PASSED = 0.7
-"""Share of the highest frequency up to which torque passes the filter unchanged [-]."""
 SLOWEST = 1.0
 """Lowest frequency of a vibration; slower waves are motions [Hz]."""
 BEYOND = 2.0
