@@ -166,8 +166,8 @@ def _shared_by_halves(position: np.ndarray, torque: np.ndarray, slow: float, fas
     first = np.arange(len(torque)) < len(torque) // 2
     halves = [_spectrum(position, torque * half, fast) for half in (first, ~first)]
     waves, powers = halves[0][0], np.array([power for _, power in halves])
-    inner = np.flatnonzero((waves > slow) & (waves <= fast))
-    inner = inner[: len(inner) // (FINE * AROUND) * FINE * AROUND].reshape(-1, FINE * AROUND)
+    places = np.flatnonzero((waves > slow) & (waves <= fast))
+    inner = places[: len(places) // (FINE * AROUND) * FINE * AROUND].reshape(-1, FINE * AROUND)
     if not inner.size:
         return None
     level = np.median(powers[:, inner], axis=2, keepdims=True) / np.log(2.0)
