@@ -13,6 +13,7 @@ import numpy as np
 from ...effects import EFFECTS, Effect, Shape, TorqueRipple
 from ...model import Model
 from ..blocks.prediction import Prediction
+from ..blocks.spectral_line import spectral_line
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..findings.quantities import length
@@ -41,10 +42,6 @@ PASSED = 0.7
 """Share of its cut-off up to which a filter passes torque unchanged [-]."""
 FEWEST = 1000
 """Fewest samples with a level of noise over position."""
-AROUND = 161
-"""Number of separate waves whose median is the level of noise, which is then known to a tenth."""
-LINES = 1e-4
-"""Probability that noise alone has waves that stand out as much."""
 
 
 def low(model: Model) -> Iterator[Candidate]:
@@ -166,16 +163,9 @@ def _shared_by_halves(position: np.ndarray, torque: np.ndarray, slow: float, fas
     first = np.arange(len(torque)) < len(torque) // 2
     halves = [_spectrum(position, torque * half, fast) for half in (first, ~first)]
     waves, powers = halves[0][0], np.array([power for _, power in halves])
-    places = np.flatnonzero((waves > slow) & (waves <= fast))
-    inner = places[: len(places) // (FINE * AROUND) * FINE * AROUND].reshape(-1, FINE * AROUND)
-    if not inner.size:
-        return None
-    level = np.median(powers[:, inner], axis=2, keepdims=True) / np.log(2.0)
-    ratio = np.min(powers[:, inner] / level, axis=0).ravel()
-    # The power of noise is exponential; this is the chance that it stands out as much in both halves.
-    if ratio.size * np.exp(-2.0 * ratio.max()) > LINES:
-        return None
-    return float(waves[inner.ravel()[ratio.argmax()]])
+    inner = (waves > slow) & (waves <= fast)
+    place = spectral_line(powers[:, inner], FINE)
+    return None if place is None else float(waves[inner][place])
 
 
 def _over_their_octave(power: np.ndarray, waves: np.ndarray) -> np.ndarray:
