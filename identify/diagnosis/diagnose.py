@@ -21,10 +21,11 @@ from .findings.finding import Finding
 from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
+from .results.baseline import baselines
 from .results.budget import NOISE, budget, changes, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.motor_torque import undetermined_gains, with_all_torque
-from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
+from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, fast_ripples, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
 from .runs.usable import usable
@@ -89,7 +90,8 @@ def diagnose(
         warnings = [*warnings, SMOOTH.format(result.problem.runs[0].prepared.decimation.cutoff)]
     noise = np.sqrt(result.problem.rows.row_variance(noise**2))
     result = beside_unnamed(result, answers, noise)
-    proof = evidence(result, noise)
+    steps = [*baselines(result), result.prediction]
+    proof = evidence(result, steps[0], noise)
     spread, named = with_shapes(result), sum(finding.named for finding in result.selected)
     warnings = [*warnings, *undetermined_gains(result, spread)]
     std, fitted = deviations(result, spread), proof.traces[len(result.problem.held_out) :]
@@ -98,7 +100,9 @@ def diagnose(
         for place in range(len(result.selected))
     ]
     remaining = remainders(result.prediction, answers, noise, rested, material)
-    spent = budget(result.problem, result.selected, answers, noise if rested else np.zeros_like(noise))
+    remaining += fast_ripples(result.problem.runs, noise, torque_units(model.robot))
+    held_out = [run.prepared.name for run in result.problem.held_out]
+    spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,

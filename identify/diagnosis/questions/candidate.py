@@ -56,7 +56,6 @@ class Candidate:
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1  # number of shapes from which a first look chose it
     prior: float = 1.0  # prior weight relative to other hypotheses [-]
-    most: float = np.inf  # largest coefficient for which its columns are valid
     everywhere: bool = False  # whether every joint must be predicted better
     covers: bool = False  # whether it includes this effect on every joint, so that none is tested with it
     # name and joints of the group of effects with the same torque to which it belongs

@@ -65,9 +65,7 @@ def fitted(matrix: np.ndarray, right: np.ndarray, alike: Sequence[tuple[Candidat
             for (candidate, _), is_free in zip(alike, free, strict=True)
         ]
     )
-    most = np.array([candidate.most for candidate, _ in alike])
-    excluded = led | ~np.any(free, axis=1) | np.any(np.abs(values) > most[:, None], axis=1)
-    possible = ~excluded & np.all(np.isfinite(values), axis=1)
+    possible = ~led & np.any(free, axis=1) & np.all(np.isfinite(values), axis=1)
     fits = Fitted(values, free, precision, mean, np.ones(len(alike), bool))
     return fits.possible_where(possible)
 

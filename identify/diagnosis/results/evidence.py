@@ -17,34 +17,28 @@ from ..runs.rows import CLOCK, GAIN, Rows
 from ..search.search import SearchResult
 
 
-def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
+def evidence(result: SearchResult, baseline: Prediction, noise: np.ndarray) -> Evidence:
     """Evidence of a diagnosis, held-out runs first; `noise` is the noise floor of each joint (n,) [N m]."""
-    model, nominal, fitted = result.problem.model, nominal_unknowns(result), result.prediction.values
+    model, fitted = result.problem.model, result.prediction.values
     rows, count = result.prediction.rows, len(model.names)
-    before, parts = rows.difference - rows.columns @ nominal, explained(result, rows, fitted)
+    parts = explained(result, rows, fitted)
     traces = []
     for run, places in zip(result.problem.runs, rows.runs, strict=True):
         after, weight = result.prediction.residual[places], result.problem.base.weight[places]
-        residuals = before[places], after, parts[:, places], weight
+        residuals = baseline.residual[places], after, parts[:, places], weight
         traces.append(_trace(model, run, *residuals))
     fitted_runs = len(result.problem.fitted)
     return Evidence(
         model=model,
-        before=model.nominal_values + nominal[:count],
+        before=model.nominal_values + baseline.values[:count],
         after=model.nominal_values + fitted[:count],
-        gain_before=_gains(result, nominal),
-        gain_after=_gains(result, fitted),
+        gain_before=_gains(result, baseline),
+        gain_after=_gains(result, result.prediction),
         noise=noise,
         traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
         filtering=result.problem.runs[0].filtering,
         peak=np.max([run.most for run in result.problem.fitted], axis=0),
     )
-
-
-def nominal_unknowns(result: SearchResult) -> np.ndarray:
-    """Unknowns (b,) of the nominal model without findings; unstated parameters are fitted."""
-    nominal = result.problem.nominal_unknowns(result.without_findings)
-    return np.append(nominal, np.zeros(len(result.prediction.rows.names) - len(nominal)))
 
 
 def places_of(result: SearchResult, place: int) -> np.ndarray:
@@ -61,10 +55,10 @@ def explained(result: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarra
     return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 
-def _gains(result: SearchResult, values: np.ndarray) -> np.ndarray:
-    """Drive gains (n,) from the unknowns (b,), which contain the share of torque that nominal gains lack."""
+def _gains(result: SearchResult, prediction: Prediction) -> np.ndarray:
+    """Drive gains (n,) of a prediction, whose unknowns are the shares of torque that nominal gains lack."""
     nominal = result.problem.runs[0].prepared.gain
-    places = dict(zip(result.prediction.rows.names, values, strict=True))
+    places = dict(zip(prediction.rows.names, prediction.values, strict=True))
     lacking = np.array([places.get(f"{GAIN}{joint + 1}", 0.0) for joint in range(len(nominal))])
     return nominal / (1.0 - lacking)
 
