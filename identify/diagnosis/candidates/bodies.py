@@ -12,8 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from ...arm.rigid_regressor import INERTIAL
+from ...arm.robot import Robot
 from ...effects import Payload, RigidBody
-from ...effects.rigid_body import inertial_priors
+from ...effects.rigid_body import body_inertia, inertial_parameters, inertial_priors, is_body
 from ...fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from ...model import Model
 from ...text_table import NORMAL_95
@@ -127,14 +128,12 @@ def _center_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _with_other_link(arm: Arm, finding: Hypothesis) -> Arm | None:
-    [link] = finding.joints
-    return _heavier(arm, link, _found_body(finding, str(link + 1)))
+    return _heavier(arm, *_on_link(arm.model.robot, finding.joints, finding.numbers))
 
 
 def _with_payload(arm: Arm, finding: Hypothesis) -> Arm | None:
     """The arm whose last link includes the body."""
-    placement = arm.model.robot.flange.homogeneous
-    return _heavier(arm, arm.model.robot.dof - 1, placement @ _found_body(finding) @ placement.T)
+    return _heavier(arm, *_on_link(arm.model.robot, (), finding.numbers))
 
 
 def _heavier(arm: Arm, link: int, body: np.ndarray) -> Arm | None:
@@ -144,9 +143,24 @@ def _heavier(arm: Arm, link: int, body: np.ndarray) -> Arm | None:
     return arm.with_values(more) if set(more) <= set(arm.model.names) else None
 
 
-def _found_body(finding: Hypothesis, ending: str = "") -> np.ndarray:
-    """Pseudo-inertia (4, 4) from a finding's parameters with this name ending; missing ones are zero."""
-    return pseudo_inertia(np.array([finding.numbers.get(f"{name}{ending}", 0.0) for name in INERTIAL]))
+def _on_link(robot: Robot, joints: Sequence[int], numbers: Mapping[str, float]) -> tuple[int, np.ndarray]:
+    """Link that has a body found, and the body's pseudo-inertia (4, 4) in the frame of that link."""
+    ending = str(joints[0] + 1) if joints else ""
+    body = pseudo_inertia(np.array([numbers.get(f"{name}{ending}", 0.0) for name in INERTIAL]))
+    placement = np.eye(4) if joints else robot.flange.homogeneous
+    return joints[0] if joints else robot.dof - 1, placement @ body @ placement.T
+
+
+def with_found(bodies: pin.Model, robot: Robot, candidate: Candidate, values: np.ndarray) -> pin.Model:
+    """Bodies of an arm with that of a finding (p,); unchanged if it finds none, or if it leaves no mass."""
+    if candidate.effect not in ("link_inertia", "payload"):
+        return bodies
+    link, found = _on_link(robot, candidate.joints, dict(zip(candidate.names, values, strict=True)))
+    total = inertial_parameters(bodies.inertias[link + 1]) + of_pseudo_inertia(found)
+    if is_body(total):
+        bodies = bodies.copy()
+        bodies.inertias[link + 1] = body_inertia(total)
+    return bodies
 
 
 KINDS = {

@@ -110,7 +110,10 @@ def _position_dependent(model: Model) -> Iterator[Candidate]:
     def smaller(candidate: Candidate, effect: Effect) -> Candidate:
         multiples = range(1, getattr(effect, "count", 1) + 1)
         proportion = tuple(1.0 / multiple for multiple in multiples for _ in range(2))
-        return replace(candidate, size=VARYING, proportion=proportion)
+        dry = f"Fc{candidate.joints[0] + 1}"
+        return replace(
+            candidate, size=VARYING, proportion=proportion, varies=(dry, f"coulomb_friction {dry}")
+        )
 
     name = "position_dependent_friction"
     return on_each_joint(model, name, KINDS[name], smaller)

@@ -127,7 +127,7 @@ def _fitted(
     )  # fmt: skip
     limited = eliminated.whitened @ root[:, prediction.rows.limited]
     fits = fitted(eliminated.matrix, eliminated.right, alike)
-    fits = within_limits(prediction, limited, eliminated.matrix, [columns for _, columns in alike], fits)
+    fits = within_limits(prediction, limited, eliminated.matrix, alike, fits)
     # Information on the coefficients from priors of the model, beyond that from blocks.
     of_blocks = (mixed.reshape(-1, mixed.shape[2]) @ prediction.root_of_blocks[:, products.places].T).reshape(
         eliminated.whitened.shape

@@ -15,6 +15,7 @@ from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, GAIN, Rows
 from ..search.search import SearchResult
+from .other_shapes import deviations_over_shapes
 
 
 def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
@@ -175,17 +176,24 @@ def _covariance(result: SearchResult, prediction: Prediction) -> np.ndarray:
 def deviations(
     result: SearchResult, spread: Spread | None = None
 ) -> list[tuple[np.ndarray, dict[str, float]]]:
-    """Standard deviations of each finding: coefficients (p,), and shape numbers by name."""
+    """Standard deviations of each finding: coefficients (p,), and shape numbers by name.
+
+    Each is that near the best shape, or the deviation over all likely shapes if that is larger.
+    """
     spread = spread or with_shapes(result)
-    std = np.sqrt(np.diag(spread.covariance))
-    shapes = [dict.fromkeys(selected.answer.candidate.bounds, 0.0) for selected in result.selected]
-    behind = std[len(std) - len(spread.shapes) :]
-    for (place, name), deviation in zip(spread.shapes, behind, strict=True):
-        shapes[place][name] = float(deviation)
-    return [
-        (std[places_of(result, place)], shape | _of_reported(result.selected[place].answer.candidate, shape))
-        for place, shape in enumerate(shapes)
-    ]
+    near, fixed = (
+        np.sqrt(np.diag(covariance)) for covariance in (spread.covariance, result.prediction.covariance)
+    )
+    deviations_of_all = []
+    for place, selected in enumerate(result.selected):
+        candidate, (unknowns, names) = selected.answer.candidate, spread.of(result, place)
+        over, shape_over = deviations_over_shapes(result, place)
+        count = len(over)
+        std = np.maximum(near[unknowns[:count]], np.hypot(fixed[unknowns[:count]], over))
+        shape = dict(zip(names, near[unknowns[count:]].tolist(), strict=True))
+        shape = {name: max(shape.get(name, 0.0), shape_over[name]) for name in candidate.bounds}
+        deviations_of_all.append((std, shape | _of_reported(candidate, shape)))
+    return deviations_of_all
 
 
 def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
