@@ -20,13 +20,13 @@ from .other_shapes import deviations_over_shapes
 
 def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
     """Evidence of a diagnosis, held-out runs first; `noise` is the noise floor of each joint (n,) [N m]."""
-    model, nominal, fitted = result.problem.model, nominal_unknowns(result), result.prediction.values
+    model, nominal, fitted = result.problem.model, nominal_unknowns(result), _with_phases(result)
     rows, count = result.prediction.rows, len(model.names)
-    before, parts = rows.difference - rows.columns @ nominal, explained(result, rows, fitted)
-    traces = []
+    before, remaining = (rows.difference - rows.columns @ unknowns for unknowns in (nominal, fitted))
+    traces, parts = [], explained(result, rows, fitted)
     for run, places in zip(result.problem.runs, rows.runs, strict=True):
-        after, weight = result.prediction.residual[places], result.problem.base.weight[places]
-        residuals = before[places], after, parts[:, places], weight
+        weight = result.problem.base.weight[places]
+        residuals = before[places], remaining[places], parts[:, places], weight
         traces.append(_trace(model, run, *residuals))
     fitted_runs = len(result.problem.fitted)
     return Evidence(
@@ -46,6 +46,19 @@ def nominal_unknowns(result: SearchResult) -> np.ndarray:
     """Unknowns (b,) of the nominal model without findings; unstated parameters are fitted."""
     nominal = result.problem.nominal_unknowns(result.without_findings)
     return np.append(nominal, np.zeros(len(result.prediction.rows.names) - len(nominal)))
+
+
+def _with_phases(result: SearchResult) -> np.ndarray:
+    """Unknowns (b,) of the fit, with those that each run has to itself fitted to the held-out runs too."""
+    values, rows = np.array(result.prediction.values), result.prediction.rows
+    weight = rows.weight * ~result.problem.blocks.fitted[result.problem.blocks.number][:, None]
+    for place, selected in enumerate(result.selected):
+        own = places_of(result, place)
+        columns = (rows.columns[:, :, own] * weight[:, :, None]).reshape(-1, len(own))
+        shown = np.any(columns, axis=0) & selected.answer.candidate.by_run
+        residual = ((rows.difference - rows.columns @ values) * weight).ravel()
+        values[own[shown]] += np.linalg.lstsq(columns[:, shown], residual, rcond=None)[0]
+    return values
 
 
 def places_of(result: SearchResult, place: int) -> np.ndarray:
