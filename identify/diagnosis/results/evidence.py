@@ -6,12 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...effects.torque_curve import ABSCISSAE
 from ...model import Model
 from ...positive_definite import solve
 from ..blocks.prediction import Prediction, factored
+from ..candidates import dependence_of
 from ..findings.evidence import Evidence, Trace
 from ..questions.block_answer import prior_std
 from ..questions.candidate import Candidate, Thinned
+from ..questions.candidate_fit import FORMULA
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, GAIN, Rows
 from ..search.search import SearchResult
@@ -148,7 +151,25 @@ def with_shapes(result: SearchResult) -> Spread:
         rows = rows.plus([name for _, name in numbers], columns, spread)
     if numbers or not np.array_equal(std, prediction.rows.std):
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
-    return Spread(prediction, numbers, _covariance(result, prediction))
+    spread = Spread(prediction, numbers, _covariance(result, prediction))
+    for place, selected in enumerate(result.selected):
+        if ranges[place] and dependence_of(selected.answer.candidate) not in ABSCISSAE:
+            _add_formula_error(result, spread, place)
+    return spread
+
+
+def _add_formula_error(result: SearchResult, spread: Spread, place: int) -> None:
+    """Add the error of a finding's formula to its covariance, unless that is among the unknowns as a curve.
+
+    A formula errs by a share of its torque that depends on load, speed and pose, so blocks differ in it.
+    """
+    prediction, (unknowns, _), own = spread.prediction, spread.of(result, place), places_of(result, place)
+    rows, starts = prediction.rows, [piece.start for piece in prediction.blocks.rows]
+    torque = rows.columns[:, :, own] @ result.prediction.values[own] * rows.weight
+    weighted = prediction.weighting.weight[prediction.blocks.number] * torque
+    by_block = np.add.reduceat(np.einsum("rn,rnb->rb", weighted, rows.columns), starts, axis=0)
+    change = FORMULA * solve(prediction.factor, by_block.T)[unknowns]
+    spread.covariance[np.ix_(unknowns, unknowns)] += change @ change.T
 
 
 def _unlimited(result: SearchResult) -> np.ndarray:
