@@ -127,17 +127,9 @@ def _center_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     return {"centre": "({:.0f}, {:.0f}, {:.0f})".format(*(1e3 * values / mass.value)), "shift": shift}
 
 
-def _with_other_link(arm: Arm, finding: Hypothesis) -> Arm | None:
-    return _heavier(arm, *_on_link(arm.model.robot, finding.joints, finding.numbers))
-
-
-def _with_payload(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """The arm whose last link includes the body."""
-    return _heavier(arm, *_on_link(arm.model.robot, (), finding.numbers))
-
-
-def _heavier(arm: Arm, link: int, body: np.ndarray) -> Arm | None:
-    """The arm with a body added to a link, given by its pseudo-inertia (4, 4) in the link's frame."""
+def _with_body(arm: Arm, finding: Hypothesis) -> Arm | None:
+    """The arm with the body found added to its link, or to the last one."""
+    link, body = _on_link(arm.model.robot, finding.joints, finding.numbers)
     pairs = zip(INERTIAL, of_pseudo_inertia(body), strict=True)
     more = {f"{name}{link + 1}": float(value) for name, value in pairs}
     return arm.with_values(more) if set(more) <= set(arm.model.names) else None
@@ -171,7 +163,7 @@ KINDS = {
         drawn_against=("position", "acceleration"),
         ask=_links,
         derived=_center,
-        held=_with_other_link,
+        held=_with_body,
         of_body=True,
         mistaken_for=("payload", "spring_balancer", "drive_gain"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
@@ -185,7 +177,7 @@ KINDS = {
         ask=_payloads,
         ask_first=_unless_stated,
         derived=_center,
-        held=_with_payload,
+        held=_with_body,
         of_body=True,
         mistaken_for=("link_inertia", "drive_gain"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",

@@ -107,35 +107,29 @@ def within_limits(
         torque = float(rms_torque((alike[number][1].values @ fits.values[number])[:, :, None])[0])
         tolerance = FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)
         possible[number] = not np.any(below[number] > tolerance)
-    for number, (candidate, columns) in enumerate(alike):
+    for number, (candidate, _) in enumerate(alike):
         if candidate.varies and fits.possible[number]:
-            [place] = np.flatnonzero(columns.joints == candidate.joints[0])
-            torque = columns.values[:, place] @ fits.values[number]
-            totals = dict(zip(places.tolist(), after[number] + STRANGE * std[number], strict=True))
-            possible[number] &= not _pushes(prediction, candidate, torque, totals)
+            most = dict(zip(places.tolist(), after[number] + STRANGE * std[number], strict=True))
+            possible[number] &= not _pushes(prediction, *alike[number], fits.values[number], most)
     return fits.possible_where(possible)
 
 
 def _pushes(
-    prediction: Prediction, candidate: Candidate, torque: np.ndarray, largest: Mapping[int, float]
+    prediction: Prediction,
+    candidate: Candidate,
+    columns: Thinned,
+    coefficients: np.ndarray,
+    most: Mapping[int, float],
 ) -> bool:
-    """Whether dry friction that varies by a torque (r,) would push somewhere, instead of resist.
-
-    Args:
-        prediction: Prediction without the candidate.
-        candidate: Candidate that varies the dry friction of its joint.
-        torque: Torque of the candidate, shape (r,) [N m].
-        largest: Largest credible values of the limited unknowns with the candidate, by index.
-    """
-    rows = prediction.rows
-    places = [place for place in largest if rows.names[place] in candidate.varies]
+    """Whether a variation of dry friction exceeds it, for the largest credible values of limited unknowns."""
+    rows, [joint] = prediction.rows, candidate.joints
+    places = [place for place in most if rows.names[place] in candidate.varies]
     if not places or rows.names[places[0]] != candidate.varies[0]:
         return False  # the model has no dry friction here that could be less
-    sign = rows.columns[:, candidate.joints[0], places[0]]
+    sign, torque = rows.columns[:, joint, places[0]], columns.values[:, columns.joints == joint]
     slides = np.abs(sign) > SLIDING * np.max(np.abs(sign), initial=0.0)
-    lowest = float(np.min(torque[slides] / sign[slides], initial=0.0))
-    mean = sum(largest[place] for place in places) - float(rows.lower[places[0]])
-    return mean + (1.0 - FORMULA) * lowest < 0.0
+    lowest = np.min((torque[:, 0] @ coefficients)[slides] / sign[slides], initial=0.0)
+    return bool(sum(most[place] for place in places) - rows.lower[places[0]] < (FORMULA - 1.0) * lowest)
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -20,29 +20,24 @@ from ..search.selected import answers_of
 FAR = 20.0
 """Loss in log probability of a tried shape beyond which its other numbers cannot make it likely: a grid step
 costs several."""
-FULL = 6.28
-"""Range of an angle that may be any [rad]."""
 
 
 def deviations_over_shapes(result: SearchResult, place: int) -> tuple[np.ndarray, Mapping[str, float]]:
     """Root mean square deviation of each number of a finding from its best value over all likely shapes.
 
-    Args:
-        result: The search that found it.
-        place: Index of the finding.
-
     Returns:
-        Of the coefficients, shape (p,), and of the numbers of its shape, by name; zero where no other shape
-        was tried.
+        Of the coefficients, shape (p,), and of the numbers of its shape; zero where no other shape was tried.
     """
     answer = result.selected[place].answer
     names, count = [*answer.candidate.names, *answer.candidate.bounds], len(answer.values)
-    most, best = np.zeros(len(names)), None
+    turn = np.array([shape.unit == "rad" for shape in answer.candidate.bounds.values()]) * 2 * np.pi
+    most, best, turns = np.zeros(len(names)), None, np.append(np.zeros(count), turn)
     for profile in _profiles(result, place):
         best = best or _weighed(result, place, answer)
         members = [best, *(_weighed(result, place, shape) for shape in profile)]
         gains = np.array([gain for gain, _ in members])
-        apart = np.array([_apart(answer, numbers - best[1]) for _, numbers in members])
+        apart = np.array([numbers - best[1] for _, numbers in members])
+        apart -= turns * np.round(apart / (2 * np.pi))
         weights = np.exp(gains - gains.max())
         most = np.maximum(most, np.sqrt(weights @ apart**2 / weights.sum()))
     return most[:count], dict(zip(names[count:], most[count:].tolist(), strict=True))
@@ -87,11 +82,3 @@ def _weighed(result: SearchResult, place: int, member: Answer) -> tuple[float, n
     coefficients = prediction.values[len(prediction.values) - len(member.values) :]
     shape = [member.candidate.shape[name] for name in member.candidate.bounds]
     return float(gains[member.fitted].sum()), np.append(coefficients, shape)
-
-
-def _apart(answer: Answer, change: np.ndarray) -> np.ndarray:
-    """Deviations (q,) by changes of all numbers (q,); an angle without limits by at most half a turn."""
-    ranges = np.array([shape.high - shape.low for shape in answer.candidate.bounds.values()])
-    angle = np.array([shape.unit == "rad" for shape in answer.candidate.bounds.values()], bool)
-    turns = np.append(np.zeros(len(answer.values)), angle & (ranges > FULL))
-    return np.asarray(change - 2 * np.pi * turns * np.round(change / (2 * np.pi)))
