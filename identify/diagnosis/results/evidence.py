@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...effects.torque_curve import ABSCISSAE
+from ...effects.torque_curve import ABSCISSAE, SPLINES
 from ...model import Model
-from ...positive_definite import solve
+from ...positive_definite import NOTHING, solve
 from ..blocks.prediction import Prediction, factored
 from ..candidates import dependence_of
 from ..findings.evidence import Evidence, Trace
@@ -151,25 +151,25 @@ def with_shapes(result: SearchResult) -> Spread:
         rows = rows.plus([name for _, name in numbers], columns, spread)
     if numbers or not np.array_equal(std, prediction.rows.std):
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
-    spread = Spread(prediction, numbers, _covariance(result, prediction))
+    of_all = Spread(prediction, numbers, _covariance(result, prediction))
     for place, selected in enumerate(result.selected):
         if ranges[place] and dependence_of(selected.answer.candidate) not in ABSCISSAE:
-            _add_formula_error(result, spread, place)
-    return spread
+            _add_formula_error(result, of_all, place)
+    return of_all
 
 
 def _add_formula_error(result: SearchResult, spread: Spread, place: int) -> None:
     """Add the error of a finding's formula to its covariance, unless that is among the unknowns as a curve.
 
-    A formula errs by a share of its torque that depends on load, speed and pose, so blocks differ in it.
+    It is alike in all blocks, so their scatter does not show it. As in a curve, it has `SPLINES` parts,
+    and each number alone may explain one of them.
     """
     prediction, (unknowns, _), own = spread.prediction, spread.of(result, place), places_of(result, place)
-    rows, starts = prediction.rows, [piece.start for piece in prediction.blocks.rows]
-    torque = rows.columns[:, :, own] @ result.prediction.values[own] * rows.weight
-    weighted = prediction.weighting.weight[prediction.blocks.number] * torque
-    by_block = np.add.reduceat(np.einsum("rn,rnb->rb", weighted, rows.columns), starts, axis=0)
-    change = FORMULA * solve(prediction.factor, by_block.T)[unknowns]
-    spread.covariance[np.ix_(unknowns, unknowns)] += change @ change.T
+    rows, weight = prediction.rows, prediction.weighting.weight[prediction.blocks.number]
+    torque = rows.columns[:, :, own] @ result.prediction.values[own]
+    part = FORMULA**2 * np.sum(weight * torque**2) / SPLINES
+    slopes = np.einsum("rnq,rn->q", rows.columns[:, :, unknowns] ** 2, weight)
+    spread.covariance[unknowns, unknowns] += 1.0 / (slopes / max(part, NOTHING) + rows.std[unknowns] ** -2.0)
 
 
 def _unlimited(result: SearchResult) -> np.ndarray:
