@@ -69,7 +69,9 @@ class Candidate:
     loaded: bool = False  # whether its columns depend on motor torque or gear load
     carried: bool = False  # whether the gears transmit its torque
     reloads: bool = False  # whether the torque of all motors is fitted again with it
-    by_run: bool = False  # whether each fitted run has separate coefficients, so that no other run shows it
+    by_run: bool = False  # whether each run has coefficients of its own, so that no other run shows it
+    # unknowns of the dry friction that it varies, the joint's in the model first: their sum must not push
+    varies: tuple[str, ...] = ()
     listed: bool = True  # whether the vocabulary has a name for it
     span: float = 0.0  # smallest range of its first joint's position that shows it [rad]
     gear_ratio: float = 1.0  # gear ratio of its first joint; 1 if unknown [-]

@@ -6,26 +6,30 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...effects.torque_curve import ABSCISSAE, SPLINES
 from ...model import Model
-from ...positive_definite import solve
+from ...positive_definite import NOTHING, solve
 from ..blocks.prediction import Prediction, factored
+from ..candidates import dependence_of
 from ..findings.evidence import Evidence, Trace
 from ..questions.block_answer import prior_std
 from ..questions.candidate import Candidate, Thinned
+from ..questions.candidate_fit import FORMULA
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, GAIN, Rows
 from ..search.search import SearchResult
+from .other_shapes import deviations_over_shapes
 
 
 def evidence(result: SearchResult, baseline: Prediction, noise: np.ndarray) -> Evidence:
     """Evidence of a diagnosis, held-out runs first; `noise` is the noise floor of each joint (n,) [N m]."""
-    model, fitted = result.problem.model, result.prediction.values
+    model, fitted = result.problem.model, _with_phases(result)
     rows, count = result.prediction.rows, len(model.names)
-    parts = explained(result, rows, fitted)
+    remaining, parts = rows.difference - rows.columns @ fitted, explained(result, rows, fitted)
     traces = []
     for run, places in zip(result.problem.runs, rows.runs, strict=True):
-        after, weight = result.prediction.residual[places], result.problem.base.weight[places]
-        residuals = baseline.residual[places], after, parts[:, places], weight
+        weight = result.problem.base.weight[places]
+        residuals = baseline.residual[places], remaining[places], parts[:, places], weight
         traces.append(_trace(model, run, *residuals))
     fitted_runs = len(result.problem.fitted)
     return Evidence(
@@ -39,6 +43,19 @@ def evidence(result: SearchResult, baseline: Prediction, noise: np.ndarray) -> E
         filtering=result.problem.runs[0].filtering,
         peak=np.max([run.most for run in result.problem.fitted], axis=0),
     )
+
+
+def _with_phases(result: SearchResult) -> np.ndarray:
+    """Unknowns (b,) of the fit, with those that each run has to itself fitted to the held-out runs too."""
+    values, rows = np.array(result.prediction.values), result.prediction.rows
+    weight = rows.weight * ~result.problem.blocks.fitted[result.problem.blocks.number][:, None]
+    for place, selected in enumerate(result.selected):
+        own = places_of(result, place)
+        columns = (rows.columns[:, :, own] * weight[:, :, None]).reshape(-1, len(own))
+        shown = np.any(columns, axis=0) & selected.answer.candidate.by_run
+        residual = ((rows.difference - rows.columns @ values) * weight).ravel()
+        values[own[shown]] += np.linalg.lstsq(columns[:, shown], residual, rcond=None)[0]
+    return values
 
 
 def places_of(result: SearchResult, place: int) -> np.ndarray:
@@ -128,7 +145,25 @@ def with_shapes(result: SearchResult) -> Spread:
         rows = rows.plus([name for _, name in numbers], columns, spread)
     if numbers or not np.array_equal(std, prediction.rows.std):
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
-    return Spread(prediction, numbers, _covariance(result, prediction))
+    of_all = Spread(prediction, numbers, _covariance(result, prediction))
+    for place, selected in enumerate(result.selected):
+        if ranges[place] and dependence_of(selected.answer.candidate) not in ABSCISSAE:
+            _add_formula_error(result, of_all, place)
+    return of_all
+
+
+def _add_formula_error(result: SearchResult, spread: Spread, place: int) -> None:
+    """Add the error of a finding's formula to its covariance, unless that is among the unknowns as a curve.
+
+    It is alike in all blocks, so their scatter does not show it. As in a curve, it has `SPLINES` parts,
+    and each number alone may explain one of them.
+    """
+    prediction, (unknowns, _), own = spread.prediction, spread.of(result, place), places_of(result, place)
+    rows, weight = prediction.rows, prediction.weighting.weight[prediction.blocks.number]
+    torque = rows.columns[:, :, own] @ result.prediction.values[own]
+    part = FORMULA**2 * np.sum(weight * torque**2) / SPLINES
+    slopes = np.einsum("rnq,rn->q", rows.columns[:, :, unknowns] ** 2, weight)
+    spread.covariance[unknowns, unknowns] += 1.0 / (slopes / max(part, NOTHING) + rows.std[unknowns] ** -2.0)
 
 
 def _unlimited(result: SearchResult) -> np.ndarray:
@@ -169,17 +204,24 @@ def _covariance(result: SearchResult, prediction: Prediction) -> np.ndarray:
 def deviations(
     result: SearchResult, spread: Spread | None = None
 ) -> list[tuple[np.ndarray, dict[str, float]]]:
-    """Standard deviations of each finding: coefficients (p,), and shape numbers by name."""
+    """Standard deviations of each finding: coefficients (p,), and shape numbers by name.
+
+    Each is that near the best shape, or the deviation over all likely shapes if that is larger.
+    """
     spread = spread or with_shapes(result)
-    std = np.sqrt(np.diag(spread.covariance))
-    shapes = [dict.fromkeys(selected.answer.candidate.bounds, 0.0) for selected in result.selected]
-    behind = std[len(std) - len(spread.shapes) :]
-    for (place, name), deviation in zip(spread.shapes, behind, strict=True):
-        shapes[place][name] = float(deviation)
-    return [
-        (std[places_of(result, place)], shape | _of_reported(result.selected[place].answer.candidate, shape))
-        for place, shape in enumerate(shapes)
-    ]
+    near, fixed = (
+        np.sqrt(np.diag(covariance)) for covariance in (spread.covariance, result.prediction.covariance)
+    )
+    deviations_of_all = []
+    for place, selected in enumerate(result.selected):
+        candidate, (unknowns, names) = selected.answer.candidate, spread.of(result, place)
+        over, shape_over = deviations_over_shapes(result, place)
+        count = len(over)
+        std = np.maximum(near[unknowns[:count]], np.hypot(fixed[unknowns[:count]], over))
+        shape = dict(zip(names, near[unknowns[count:]].tolist(), strict=True))
+        shape = {name: max(shape.get(name, 0.0), shape_over[name]) for name in candidate.bounds}
+        deviations_of_all.append((std, shape | _of_reported(candidate, shape)))
+    return deviations_of_all
 
 
 def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:

@@ -15,6 +15,7 @@ from ...positive_definite import solve
 from ..blocks.blocks import BlockRows, Blocks
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
+from ..candidates.bodies import with_found
 from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
@@ -62,11 +63,12 @@ class Known:
 
     def on(self, run: Driven) -> Driven:
         """The run with the torque and load of this fit."""
-        fresh = run.after(self.model, self.values)
+        fresh, robot = replace(run.after(self.model, self.values), found=None), self.model.robot
         for candidate, values in self.carried:
             torque = candidate.columns(fresh) @ values
-            on_joints = np.linalg.solve(self.model.robot.to_motors, torque.T).T
-            fresh = fresh.with_more_load(on_joints, torque)
+            fresh = fresh.with_more_load(np.linalg.solve(robot.to_motors, torque.T).T, torque)
+            if np.any(torque):  # a body may be on the flange in some runs only
+                fresh = replace(fresh, found=with_found(fresh.bodies, robot, candidate, values))
         return replace(fresh, peak=self.peak)
 
 
