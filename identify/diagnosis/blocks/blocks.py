@@ -125,13 +125,14 @@ class BlockSums:
 
     def errors(self, values: np.ndarray) -> np.ndarray:
         """Squared residual of each block with its own set of unknowns (k, b), shape (k, n) [(N m)^2]."""
-        squares = np.zeros(self.counts.shape)
-        joints = zip(self.columns, self.torque, self.acting, strict=True)
-        for joint, (columns, y, acting) in enumerate(joints):
-            for block, piece in enumerate(self.pieces):
-                residual = y[piece] - columns[piece] @ values[block, acting]
-                squares[block, joint] = residual @ residual
-        return squares
+        joints = [self.joint_errors(joint, values[:, acting]) for joint, acting in enumerate(self.acting)]
+        return np.stack(joints, axis=1)
+
+    def joint_errors(self, joint: int, values: np.ndarray) -> np.ndarray:
+        """Squared residual of one joint in each block with its acting unknowns (k, a), shape (k,)."""
+        columns, torque, pieces = self.columns[joint], self.torque[joint], self.pieces
+        residuals = (torque[p] - columns[p] @ v for p, v in zip(pieces, values, strict=True))
+        return np.array([residual @ residual for residual in residuals])
 
 
 def by_block(pieces: Sequence[slice], left: np.ndarray, right: np.ndarray) -> np.ndarray:
