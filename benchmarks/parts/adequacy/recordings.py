@@ -1,11 +1,12 @@
-"""Correct recordings: real arms cut to at most half a minute, and simulated arms with or without an effect."""
+"""Correct recordings: real arms cut to at most 24 s, and simulated arms with or without an effect."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from exidyn.identification.effects import JointSpring, LoadDependentFriction, Prior, StribeckFriction
+from exidyn.identification.effects import JointSpring, Prior, StribeckFriction
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording, Signal
@@ -16,18 +17,14 @@ from exidyn.trajectories.random_motion import random_fourier
 from ..injected import effort
 from ..real.data import FOLDER, KR300, UR10E
 
-SECONDS = 24.0
-"""Largest duration of a recording [s]."""
-RATE = 130.0
-"""Largest sampling rate [Hz]; faster recordings are averaged over samples."""
+SECONDS, RATE = 24.0, 130.0
+"""Longest duration [s], and largest sampling rate: faster recordings are averaged over samples [Hz]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """A description and a recording of the arm: time (t,), position and effort (t, n)."""
+    """A description of an arm, and its recording: time (t,), position and effort (t, n)."""
 
-    name: str
-    arm: str  # recordings of one arm are calibrated together, or reported together
     model: Model
     run: Recording
 
@@ -44,89 +41,77 @@ class Log:
         return self.run.signals[effort(self.run)].values
 
     def having(
-        self, position: np.ndarray | None = None, torque: np.ndarray | None = None, model: Model | None = None
+        self,
+        position: np.ndarray | None = None,
+        torque: np.ndarray | None = None,
+        model: Model | None = None,
+        time: np.ndarray | None = None,
     ) -> "Log":
-        """This log with other positions, efforts or another description."""
-        new = {"position": position, effort(self.run): torque}
-        signals = {
-            name: signal if new[name] is None else Signal(self.time, new[name])
-            for name, signal in self.run.signals.items()
+        """This log with other positions, efforts, times or another description."""
+        time, model = self.time if time is None else time, model or self.model
+        values = {
+            "position": self.position if position is None else position,
+            effort(self.run): self.effort if torque is None else torque,
         }
-        model = model or self.model
-        return replace(self, model=model, run=replace(self.run, signals=signals, model=model))
+        signals = {name: Signal(time, array) for name, array in values.items()}
+        return Log(model, replace(self.run, signals=signals, model=model, host_time=None))
 
 
-def shortened(name: str, arm: str, model: Model, run: Recording) -> Log:
-    """The first `SECONDS` at `RATE` at most, positions and efforts alone at the same times."""
-    position = run.signals["position"]
-    time = position.time
-    values = {
-        key: np.stack([np.interp(time, run.signals[key].time, column) for column in run.signals[key].values.T], 1)
-        for key in ("position", effort(run))
-    }
-    step = max(round(1.0 / np.median(np.diff(time)) / RATE), 1)
-    count = min(len(time), int(np.searchsorted(time, time[0] + SECONDS))) // step
+def shortened(model: Model, run: Recording) -> Log:
+    """The first `SECONDS` at `RATE` at most; positions and efforts alone, at the same times."""
+    log = Log(model, run)
+    step = max(round(1.0 / np.median(np.diff(log.time)) / RATE), 1)
+    count = min(len(log.time), int(np.searchsorted(log.time, log.time[0] + SECONDS))) // step
 
     def mean(array: np.ndarray) -> np.ndarray:
-        return array[: count * step].reshape(count, step, -1).mean(axis=1)
+        return array[: count * step].reshape(count, step, *array.shape[1:]).mean(axis=1)
 
-    stamps = mean(time[:, None])[:, 0]
-    signals = {key: Signal(stamps - stamps[0], mean(array)) for key, array in values.items()}
-    run = replace(run, name=name, signals=signals, model=model, host_time=None)
-    return Log(name, arm, model, run)
-
-
-REAL = {
-    "baxter_left": ("left.urdf", ("train_random", "train_sin_xyz_8s_t2_tz_4t_r10", "test_square")),
-    "kuka_lwr4": ("arm.urdf", ("meas_1", "meas_2", "meas_3")),
-    "airbot_play": ("robot.toml", ("opt", "N7T25_5", "ga_N12T25")),
-    "dvrk_psm": ("robot.toml", ("fourier_test", "fourier_test2", "fourier_test5")),
-    "staubli_tx40": ("robot.toml", ("train",)),
-    "panda_gaz": ("panda.urdf", ("traj1",)),
-    "emps": ("robot.toml", ("train",)),
-    "pendubot": ("robot.toml", ("h1",)),
-}
-"""Folder -> description and runs."""
-SEPARATE = ("id_ur-20_02_05-20sec_12harm", "id_ur-20_02_10-30sec_12harm", "id_ur-20_02_12-40sec_12harm",
-            "id_ur-20_02_19_15harm50sec")  # fmt: skip
-HEAVY = ("2020-10-21_A", "2020-10-21_C", "2020-10-16_A", "2020-10-19_B")
+    times = run.signals[effort(run)].time
+    torque = np.stack([np.interp(log.time, times, column) for column in log.effort.T], axis=1)
+    time = mean(log.time)
+    return log.having(mean(log.position), mean(torque), time=time - time[0])
 
 
-def real() -> Iterator[Log]:
-    """Recordings of real arms whose columns, units and signs are known to be right."""
-    for data, names in ((UR10E, SEPARATE), (KR300, HEAVY)):
-        for name in names:
-            yield shortened(f"{data.key} {name[-12:]}", data.key, data.model(), data.run(name))
-    for folder, (robot, names) in REAL.items():
-        model = read_model(FOLDER / folder / robot)
-        for name in names:
-            run = import_source(FOLDER / folder / f"{name}.csv.gz", model)[0]
-            yield shortened(f"{folder} {name[:12]}", folder, model, run)
+def recorded(robot: str, name: str) -> Log:
+    """A recording of the data folder, by the path of its description there."""
+    model = read_model(FOLDER / robot)
+    return shortened(model, import_source((FOLDER / robot).parent / f"{name}.csv.gz", model)[0])
 
 
-def simulated() -> Iterator[Log]:
-    """Recordings of built-in arms, with one effect that the description lacks in every second."""
-    for arm, seed in (("cobot", 1), ("cobot", 2), ("cobot", 3), ("kr270", 1), ("kr270", 2), ("kr270", 3)):
-        yield simulated_log(arm, seed)
-
-
-def simulated_log(arm: str, seed: int) -> Log:
-    """One recording of a built-in arm that follows a random motion."""
+def simulated(arm: str, seed: int) -> Log:
+    """A built-in arm on a random motion: seed 1 as described, 2 with a spring, 3 with Stribeck friction."""
     model = read_model(arm)
-    joints = model.robot.joints
     motion = random_fourier(model.robot.limits, SECONDS, seed=seed).at(np.arange(0.0, SECONDS, 1.0 / RATE))
-    torque = model.torque(motion, model.nominal_values)
-    usual = np.sqrt(np.mean(torque**2, axis=0))
-    missing = {
-        1: (),
-        2: (JointSpring((joints[1],)), 0.2 * usual[1]),
-        3: (StribeckFriction((joints[2],)), 0.15 * usual[2]),
-    }[seed]
-    plant = model
-    if missing:
-        effect, size = missing
-        names = [parameter.name for parameter in effect.parameters(model.robot)]
+    usual = np.sqrt(np.mean(model.torque(motion, model.nominal_values) ** 2, axis=0))
+    plant, joints = model, model.robot.joints
+    if seed > 1:
+        effect = JointSpring((joints[1],)) if seed == 2 else StribeckFriction((joints[2],))
+        size = 0.2 * usual[1] if seed == 2 else 0.15 * usual[2]
         plant = model + effect
-        plant = replace(plant, stated={**plant.stated, names[0]: Prior(float(size))})
-    run = simulate(plant, plant.nominal_values, model.robot.drive_gain, motion, model, seed=seed)
-    return shortened(f"{arm} {seed}", arm, model, run)
+        stated = {effect.parameters(model.robot)[0].name: Prior(float(size))}
+        plant = replace(plant, stated={**plant.stated, **stated})
+    return shortened(
+        model, simulate(plant, plant.nominal_values, model.robot.drive_gain, motion, model, seed=seed)
+    )
+
+
+RUNS = {
+    "airbot_play/robot.toml": ("opt", "N7T25_5", "ga_N12T25"),
+    "baxter_left/left.urdf": ("train_random", "train_sin_xyz_8s_t2_tz_4t_r10", "test_square"),
+    "dvrk_psm/robot.toml": ("fourier_test", "fourier_test2", "fourier_test5"),
+    "emps/robot.toml": ("train",),
+    "kuka_lwr4/arm.urdf": ("meas_1", "meas_2", "meas_3"),
+    "panda_gaz/panda.urdf": ("traj1",),
+    "pendubot/robot.toml": ("h1",),
+    "staubli_tx40/robot.toml": ("train",),
+}
+CORRECT: dict[str, Callable[[], Log]] = {
+    **{f"{a} {k}": partial(simulated, a, k) for a in ("cobot", "kr270") for k in (1, 2, 3)},
+    **{
+        f"{data.key} {name}": lambda data=data, name=name: shortened(data.model(), data.run(name))
+        for data, names in ((KR300, (*KR300.train, *KR300.held_out[1:3])), (UR10E, UR10E.train[:4]))
+        for name in names
+    },
+    **{f"{r.split('/')[0]} {n}": partial(recorded, r, n) for r, names in RUNS.items() for n in names},
+}
+"""Correct recordings by name; the first word is the arm."""
