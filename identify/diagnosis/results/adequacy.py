@@ -27,21 +27,30 @@ CONCENTRATED = 3.0
 """Residual of a block over that of the joint's median block from which on the misfit is in this block [-]."""
 
 
+def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
+    """The result without names where the model does not fit, and its adequacy."""
+    found = adequacy(result)
+    selected = [
+        finding._replace(fits=not found.fails(finding.answer.candidate.joints)) for finding in result.selected
+    ]
+    return replace(result, selected=tuple(selected)).ordered(), found
+
+
 def adequacy(result: SearchResult) -> Adequacy:
     """Compare the left-out residual of the model with all findings to that of correct models."""
     prediction, problem = result.prediction, result.problem
+    fitted, revolute = problem.blocks.fitted, problem.model.robot.revolute
     shared = shared_values(prediction, len(problem.model.names))
-    errors, fitted = prediction.sums.errors(shared), problem.blocks.fitted
-    power = torque_power(result)[fitted].sum(axis=0)
+    errors = prediction.sums.errors(shared)
     together, alone = errors[fitted].sum(axis=0), separate_errors(prediction, shared)[fitted].sum(axis=0)
-    failing = failing_joints(together, alone, power, problem.model.robot.revolute)
-    return Adequacy(
-        np.sqrt(together / power),
-        np.sqrt(alone / power),
-        float(pooled_share(together, power, problem.model.robot.revolute)),
-        failing,
-        tuple(misfits(result, errors, failing)),
-    )
+    runs = [run.prepared for run in problem.runs]
+    torque = np.concatenate([run.gain * run.decimated_current for run in runs])
+    counted = prediction.rows.weight * fitted[problem.blocks.number][:, None]
+    power = np.sum(counted * torque**2, axis=0)
+    failing = failing_joints(together, alone, power, revolute)
+    shares = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
+    pooled = pooled_share(together, power, revolute)
+    return Adequacy(*shares, pooled, failing, tuple(misfits(result, errors, failing)))
 
 
 def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
@@ -55,41 +64,24 @@ def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
 
 
 def separate_errors(prediction: Prediction, shared: np.ndarray) -> np.ndarray:
-    """Squared errors of left-out blocks with parameters of each joint's own, shape (k, n) [(N m)^2].
+    """Squared errors of left-out blocks with parameters of each joint alone, shape (k, n) [(N m)^2].
 
-    Args:
-        prediction: Prediction with all findings.
-        shared: Unknowns that all joints share, for each block, shape (k, b).
+    These parameters stay near the shared ones, shape (k, b), where the joint does not determine them.
     """
-    sums, weights = prediction.sums, prediction.weighting.weight
-    errors = np.zeros(sums.counts.shape)
+    sums, errors = prediction.sums, []
     for joint, (acting, gram, right) in enumerate(zip(sums.acting, sums.gram, sums.right, strict=True)):
-        weight, own = weights[:, joint], shared[:, acting].copy()
+        weight, own = prediction.weighting.weight[:, joint], shared[:, acting]
         matrix, side = np.tensordot(weight, gram, 1), weight @ right
         prior = OWN * np.diag(matrix)
         for block, present in enumerate(weight):
-            left_out = matrix - present * gram[block] + np.diag(prior)
-            own[block] = solve(factored(left_out), side - present * right[block] + prior * own[block])
-        errors[:, joint] = sums.joint_errors(joint, own)
-    return errors
-
-
-def torque_power(result: SearchResult) -> np.ndarray:
-    """Squared torque of each block and joint, shape (k, n) [(N m)^2]; rows at standstill do not count."""
-    runs = [run.prepared for run in result.problem.runs]
-    torque = np.concatenate([run.gain * run.decimated_current for run in runs])
-    counted = torque**2 * result.prediction.rows.weight
-    return np.array([counted[piece].sum(axis=0) for piece in result.problem.blocks.rows])
+            factor = factored(matrix - present * gram[block] + np.diag(prior))
+            own[block] = solve(factor, side - present * right[block] + prior * own[block])
+        errors.append(sums.joint_errors(joint, own))
+    return np.stack(errors, axis=1)
 
 
 def pooled_share(errors: np.ndarray, power: np.ndarray, revolute: np.ndarray) -> float:
-    """Residual over torque of all joints together, the larger of those of N m and of N [-].
-
-    Args:
-        errors: Sum of squared errors of each joint, shape (n,) [(N m)^2].
-        power: Sum of the squared torque of each joint, shape (n,) [(N m)^2].
-        revolute: Whether the torque of each joint is in N m rather than N, shape (n,).
-    """
+    """Residual over torque of all joints together, the larger of those of N m and of N [-]."""
     units = [joints for joints in (revolute, ~revolute) if power[joints].any()]
     return max((float(np.sqrt(errors[j].sum() / power[j].sum())) for j in units), default=0.0)
 
@@ -101,53 +93,27 @@ def failing_joints(
 
     Args:
         together: Sum of squared errors of each joint with shared parameters, shape (n,) [(N m)^2].
-        alone: The same with parameters of its own, shape (n,) [(N m)^2].
+        alone: The same with parameters of each joint alone, shape (n,) [(N m)^2].
         power: Sum of the squared torque of each joint, shape (n,) [(N m)^2].
         revolute: Whether the torque of each joint is in N m rather than N, shape (n,).
     """
     failing = together > APART**2 * alone
     for unit in (revolute, ~revolute):
-        joints = np.flatnonzero(unit)
-        order = joints[np.argsort(-together[joints])]
-        rest = together[order].sum() - np.cumsum(together[order])
-        allowed = UNFITTED**2 * power[order].sum()
-        if together[order].sum() > allowed:
-            failing[order[: 1 + np.searchsorted(-rest, -allowed)]] = True
+        order = sorted(np.flatnonzero(unit), key=lambda joint: -together[joint])
+        while order and together[order].sum() > UNFITTED**2 * power[unit].sum():
+            failing[order.pop(0)] = True
     return tuple(map(int, np.flatnonzero(failing & (power > 0.0))))
 
 
 def misfits(result: SearchResult, errors: np.ndarray, failing: tuple[int, ...]) -> Iterator[Misfit]:
-    """Runs and times in which the left-out residual of failing joints is far larger than elsewhere.
-
-    Args:
-        result: Result of the search.
-        errors: Sum of squared errors of each block and joint, shape (k, n) [(N m)^2].
-        failing: Joints that fail, from 0.
-    """
-    blocks, prediction = result.problem.blocks, result.prediction
-    level = errors / np.maximum(prediction.sums.counts, 1.0)
-    typical = np.median(level[blocks.fitted], axis=0)
-    large = (level > CONCENTRATED**2 * typical) & blocks.fitted[:, None]
-    for run, rows in zip(result.problem.runs, prediction.rows.runs, strict=True):
+    """Times in which squared errors (k, n) of failing joints are far larger than in most fitted blocks."""
+    blocks, rows = result.problem.blocks, result.prediction.rows
+    level = errors / np.maximum(result.prediction.sums.counts, 1.0)
+    large = (level > CONCENTRATED**2 * np.median(level[blocks.fitted], axis=0)) & blocks.fitted[:, None]
+    for run, here in zip(result.problem.runs, rows.runs, strict=True):
         time = run.motion.time[run.centres]
-        inside = [k for k, piece in enumerate(blocks.rows) if rows.start <= piece.start < rows.stop]
         for joint in failing:
-            for part in _stretches([k for k in inside if large[k, joint]]):
-                first, last = blocks.rows[part[0]].start, blocks.rows[part[-1]].stop - 1
-                start, end = float(time[first - rows.start]), float(time[last - rows.start])
-                yield Misfit(run.prepared.name, start, end, joint)
-
-
-def _stretches(numbers: list[int]) -> list[np.ndarray]:
-    """Successive numbers in groups without gaps."""
-    breaks = np.flatnonzero(np.diff(numbers) > 1) + 1
-    return [part for part in np.split(np.array(numbers), breaks) if len(part)]
-
-
-def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
-    """The result without names where the model does not fit, and its adequacy."""
-    found = adequacy(result)
-    selected = [
-        finding._replace(fits=not found.fails(finding.answer.candidate.joints)) for finding in result.selected
-    ]
-    return replace(result, selected=tuple(selected)).ordered(), found
+            inside = np.pad(large[blocks.number[here], joint], 1)
+            edges = np.flatnonzero(np.diff(inside.astype(int))).reshape(-1, 2)
+            for first, last in edges - [0, 1]:
+                yield Misfit(run.prepared.name, float(time[first]), float(time[last]), joint)
