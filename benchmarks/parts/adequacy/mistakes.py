@@ -29,7 +29,7 @@ def columns(position: Rows, torque: Rows | None = None) -> Make:
                 for column, value in entries.items():
                     matrices[-1][row, column] = value
         of_torque = np.linalg.inv(matrices[0]).T if torque is None else matrices[1]
-        return log.having(log.position @ matrices[0].T, log.effort @ of_torque.T)
+        return log._replace(position=log.position @ matrices[0].T, effort=log.effort @ of_torque.T)
 
     return make
 
@@ -42,18 +42,18 @@ def net_force(log: Log) -> Log:
     weight = bodies.torque(replace(still, acceleration=still.velocity), bodies.nominal_values)
     torque = bodies.torque(still, bodies.nominal_values) - weight
     torque += 0.01 * torque.std(axis=0) * np.random.default_rng(0).normal(size=torque.shape)
-    return log.having(torque=torque / per_unit(log))
+    return log._replace(effort=torque / per_unit(log))
 
 
 def per_unit(log: Log) -> np.ndarray:
     """Torque per unit of the effort, shape (n,)."""
-    return log.model.robot.drive_gain if "current" in log.run.signals else np.ones(log.model.robot.dof)
+    return log.model.robot.drive_gain if log.measures == "current" else np.ones(log.model.robot.dof)
 
 
 def two_clocks(log: Log) -> Log:
     """Efforts come later and later, by 0.6 % of the time."""
     late = [np.interp(0.994 * log.time, log.time, column) for column in log.effort.T]
-    return log.having(torque=np.stack(late, axis=1))
+    return log._replace(effort=np.stack(late, axis=1))
 
 
 def wrong_axis(log: Log) -> Log:
@@ -64,18 +64,18 @@ def wrong_axis(log: Log) -> Log:
     )
     kinematics.jointPlacements[3] = kinematics.jointPlacements[3] * turn
     kinematics.jointPlacements[4] = turn.inverse() * kinematics.jointPlacements[4]
-    return log.having(model=replace(log.model, robot=replace(log.model.robot, kinematics=kinematics)))
+    return log._replace(model=replace(log.model, robot=replace(log.model.robot, kinematics=kinematics)))
 
 
 def on_its_side(log: Log) -> Log:
-    return log.having(model=with_gravity(log.model, np.array([9.81, 0.0, 0.0])))
+    return log._replace(model=with_gravity(log.model, np.array([9.81, 0.0, 0.0])))
 
 
 def frozen(log: Log) -> Log:
     """Positions stand still for a fifth of the time, efforts do not."""
     position, share = log.position.copy(), log.time / log.time[-1]
     position[(share > 0.4) & (share < 0.6)] = position[np.searchsorted(share, 0.4)]
-    return log.having(position)
+    return log._replace(position=position)
 
 
 def pushed(log: Log) -> Log:
@@ -89,7 +89,7 @@ def pushed(log: Log) -> Log:
             jacobian = pin.computeJointJacobian(kinematics, data, log.position[row], dof)
             load.append((data.oMi[dof].rotation @ jacobian[:3]).T @ force / per_unit(log))
         torque[rows] -= 0.5 * np.array(load) / np.max(np.sqrt(np.mean(np.square(load), axis=0)) / usual)
-    return log.having(torque=torque)
+    return log._replace(effort=torque)
 
 
 SAME: Rows = {}

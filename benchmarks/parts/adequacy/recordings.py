@@ -1,8 +1,9 @@
 """Correct recordings: real arms cut to at most 24 s, and simulated arms with or without an effect."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,55 +22,35 @@ SECONDS, RATE = 24.0, 130.0
 """Longest duration [s], and largest sampling rate: faster recordings are averaged over samples [Hz]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Log:
-    """A description of an arm, and its recording: time (t,), position and effort (t, n)."""
+class Log(NamedTuple):
+    """A description of an arm, and a recording."""
 
     model: Model
-    run: Recording
+    time: np.ndarray  # (t,) [s]
+    position: np.ndarray  # (t, n) [rad, m]
+    effort: np.ndarray  # (t, n), currents or torques
+    measures: str  # "current" or "torque"
 
     @property
-    def time(self) -> np.ndarray:
-        return self.run.signals["position"].time
-
-    @property
-    def position(self) -> np.ndarray:
-        return self.run.signals["position"].values
-
-    @property
-    def effort(self) -> np.ndarray:
-        return self.run.signals[effort(self.run)].values
-
-    def having(
-        self,
-        position: np.ndarray | None = None,
-        torque: np.ndarray | None = None,
-        model: Model | None = None,
-        time: np.ndarray | None = None,
-    ) -> "Log":
-        """This log with other positions, efforts, times or another description."""
-        time, model = self.time if time is None else time, model or self.model
-        values = {
-            "position": self.position if position is None else position,
-            effort(self.run): self.effort if torque is None else torque,
-        }
-        signals = {name: Signal(time, array) for name, array in values.items()}
-        return Log(model, replace(self.run, signals=signals, model=model, host_time=None))
+    def run(self) -> Recording:
+        """The recording."""
+        values = {"position": self.position, self.measures: self.effort}
+        signals = {name: Signal(self.time, array) for name, array in values.items()}
+        return Recording("run", self.model, signals)
 
 
 def shortened(model: Model, run: Recording) -> Log:
     """The first `SECONDS` at `RATE` at most; positions and efforts alone, at the same times."""
-    log = Log(model, run)
-    step = max(round(1.0 / np.median(np.diff(log.time)) / RATE), 1)
-    count = min(len(log.time), int(np.searchsorted(log.time, log.time[0] + SECONDS))) // step
+    position, measures = run.signals["position"], effort(run)
+    time = position.time - position.time[0]
+    step = max(round(1.0 / np.median(np.diff(time)) / RATE), 1)
+    count = int(np.searchsorted(time, SECONDS)) // step
 
     def mean(array: np.ndarray) -> np.ndarray:
         return array[: count * step].reshape(count, step, *array.shape[1:]).mean(axis=1)
 
-    times = run.signals[effort(run)].time
-    torque = np.stack([np.interp(log.time, times, column) for column in log.effort.T], axis=1)
-    time = mean(log.time)
-    return log.having(mean(log.position), mean(torque), time=time - time[0])
+    torque = run.signals[measures].at(position.time)
+    return Log(model, mean(time), mean(position.values), mean(torque), measures)
 
 
 def recorded(robot: str, name: str) -> Log:
@@ -90,9 +71,8 @@ def simulated(arm: str, seed: int) -> Log:
         plant = model + effect
         stated = {effect.parameters(model.robot)[0].name: Prior(float(size))}
         plant = replace(plant, stated={**plant.stated, **stated})
-    return shortened(
-        model, simulate(plant, plant.nominal_values, model.robot.drive_gain, motion, model, seed=seed)
-    )
+    run = simulate(plant, plant.nominal_values, model.robot.drive_gain, motion, model, seed=seed)
+    return shortened(model, run)
 
 
 RUNS = {

@@ -14,6 +14,7 @@ import numpy as np
 from ...positive_definite import solve
 from ..blocks.prediction import UNKNOWN, Prediction, factored
 from ..findings.adequacy import Adequacy, Misfit
+from ..search.problem import Problem
 from ..search.search import SearchResult
 
 UNFITTED = 0.1
@@ -28,17 +29,28 @@ CONCENTRATED = 3.0
 
 
 def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
-    """The result without names where the model does not fit, and its adequacy."""
-    found = adequacy(result)
+    """The result without names where the model does not fit, and its adequacy.
+
+    One finding may make a joint fit that failed by far. If it takes several, they imitate what none of them
+    describes, and the joint fails all the same.
+    """
+    problem, answers = result.problem, [finding.answer for finding in result.selected]
+    found, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
+    imitated = set(before.failing) - set(found.failing)
+    for answer in answers:
+        if imitated:
+            imitated &= set(adequacy(problem, problem.prediction([answer], result.prediction)).failing)
+    more = tuple(misfit for misfit in before.misfits if misfit.joint in imitated)
+    failing = tuple(sorted({*found.failing, *imitated}))
+    found = replace(found, failing=failing, misfits=(*found.misfits, *more))
     selected = [
         finding._replace(fits=not found.fails(finding.answer.candidate.joints)) for finding in result.selected
     ]
     return replace(result, selected=tuple(selected)).ordered(), found
 
 
-def adequacy(result: SearchResult) -> Adequacy:
-    """Compare the left-out residual of the model with all findings to that of correct models."""
-    prediction, problem = result.prediction, result.problem
+def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
+    """Compare the left-out residual of a model to that of correct models."""
     fitted, revolute = problem.blocks.fitted, problem.model.robot.revolute
     shared = shared_values(prediction, len(problem.model.names))
     errors = prediction.sums.errors(shared)
@@ -50,7 +62,7 @@ def adequacy(result: SearchResult) -> Adequacy:
     failing = failing_joints(together, alone, power, revolute)
     shares = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
     pooled = pooled_share(together, power, revolute)
-    return Adequacy(*shares, pooled, failing, tuple(misfits(result, errors, failing)))
+    return Adequacy(*shares, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
 
 
 def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
@@ -105,12 +117,14 @@ def failing_joints(
     return tuple(map(int, np.flatnonzero(failing & (power > 0.0))))
 
 
-def misfits(result: SearchResult, errors: np.ndarray, failing: tuple[int, ...]) -> Iterator[Misfit]:
+def misfits(
+    problem: Problem, prediction: Prediction, errors: np.ndarray, failing: tuple[int, ...]
+) -> Iterator[Misfit]:
     """Times in which squared errors (k, n) of failing joints are far larger than in most fitted blocks."""
-    blocks, rows = result.problem.blocks, result.prediction.rows
-    level = errors / np.maximum(result.prediction.sums.counts, 1.0)
+    blocks = problem.blocks
+    level = errors / np.maximum(prediction.sums.counts, 1.0)
     large = (level > CONCENTRATED**2 * np.median(level[blocks.fitted], axis=0)) & blocks.fitted[:, None]
-    for run, here in zip(result.problem.runs, rows.runs, strict=True):
+    for run, here in zip(problem.runs, prediction.rows.runs, strict=True):
         time = run.motion.time[run.centres]
         for joint in failing:
             inside = np.pad(large[blocks.number[here], joint], 1)
