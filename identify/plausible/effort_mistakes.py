@@ -138,11 +138,11 @@ def servo_gains(facts: LogFacts) -> Iterator[Case]:
 
 
 def another_arm(facts: LogFacts) -> Iterator[Case]:
-    """Arbitrary gains and masses: each joint fits alone, as with another arm or a joint that counts backward."""
+    """Arbitrary gains and masses: each joint fits alone, as with another arm or a joint of opposite sign."""
     change = Change(factor=np.full(facts.robot.dof, np.nan))
     words = (
-        f"each joint fits alone, but not together with the others as {facts.robot.name} is described: another "
-        "arm or other drives were recorded, or joints are exchanged, count the other way, or are relative"
+        f"each joint fits alone, but not together with the others as {facts.robot.name} is described: "
+        "another arm or other drives were recorded, or joints are exchanged or count the other way"
     )
     yield facts.of_all(words, change)
 
