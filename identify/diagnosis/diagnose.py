@@ -21,6 +21,7 @@ from .findings.finding import Finding
 from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
+from .results.adequacy import gated
 from .results.baseline import baselines
 from .results.budget import NOISE, budget, changes, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
@@ -89,7 +90,7 @@ def diagnose(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(result.problem.runs[0].prepared.decimation.cutoff)]
     noise = np.sqrt(result.problem.rows.row_variance(noise**2))
-    result = beside_unnamed(result, answers, noise)
+    result, fit = gated(beside_unnamed(result, answers, noise))
     steps = [*baselines(result), result.prediction]
     proof = evidence(result, steps[0], noise)
     spread, named = with_shapes(result), sum(finding.named for finding in result.selected)
@@ -122,6 +123,7 @@ def diagnose(
         seconds=time.monotonic() - began,
         tried=result.problem.tried,
         beliefs=beliefs,
+        adequacy=fit,
         evidence=proof,
     )
     return _with_held_out(diagnosis, proof, result.problem.held_out)
