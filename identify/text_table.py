@@ -198,7 +198,9 @@ def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
     return [
         [
             line.replace(STAYS, " ")
-            for line in textwrap.wrap(TIME.sub(STAYS, head), narrowest[kind], break_long_words=False)
+            for line in textwrap.wrap(
+                TIME.sub(STAYS, head), narrowest[kind], break_long_words=False, break_on_hyphens=False
+            )
         ]
         for head, kind in zip(heads, kinds, strict=True)
     ]

@@ -1,4 +1,4 @@
-"""Residual by quantity: a table; and by cause: table, sentences and plot of the budget of a diagnosis."""
+"""Residual by quantity: a table; and by cause: table and plot of the budget of a diagnosis."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,9 +9,9 @@ from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Hypothesis
 from ..diagnosis.findings.residuals import Budget, Located
 from ..diagnosis.results.budget import NOISE, OTHER
-from ..diagnosis.words.naming import effect_words, finding_names, joined, lower, named
+from ..diagnosis.words.naming import effect_words, finding_names, named
 from ..diagnosis.words.sentences import possible
-from ..document.document import Block, Cell, Figure, Number, Numbers, Paragraph, Section, Statements, Table
+from ..document.document import Block, Cell, Figure, Number, Numbers, Paragraph, Section, Table
 from ..text_table import digits, percent
 from .shown import Shown
 from .svg import picture, rect, text
@@ -21,8 +21,6 @@ SMALL = 0.01
 LUMPED = "other kinds, less than 1 % each"
 UNDECIDED = " (name undecided)"
 CONTAINED = f'Sensor noise was not measured at rest: it is part of "{OTHER}".'
-MOST = 3
-"""Number of parts that a sentence names; the table has all parts."""
 SHOWN = 5e-4
 """Smallest share that the table shows: 0.1 %, rounded."""
 FOUND = ("#0067a5", "#00765a", "#8a4a9c", "#007f8c", "#3f5f9f", "#5a7d1e", "#6a5acd", "#2f6b4f")
@@ -79,14 +77,12 @@ class Part(NamedTuple):
     """A share of the squared residual in plot and table."""
 
     name: str  # finding with its joints, quantity on which the part depends, or sensor noise
-    effect: str  # name of the effect; empty if the part is not a finding
-    joints: tuple[int, ...]  # joints of the finding, from 0
     is_finding: bool  # whether a finding explains it
     shares: np.ndarray  # share of the squared residual of each joint, shape (n,) [-]
 
 
 def budget_section(shown: Shown) -> Section:
-    """Plot, one sentence per joint, and table; empty for a diagnosis without a budget."""
+    """Plot and table; empty for a diagnosis without a budget."""
     diagnosis, joints = shown.diagnosis, shown.names
     if (budget := diagnosis.budget) is None:
         return Section("budget", TITLE, ())
@@ -106,7 +102,6 @@ def budget_section(shown: Shown) -> Section:
         Paragraph(note),
         Paragraph(plot, "plot"),
         Figure("Residual by joint", f"{source}; root mean square on the right", drawing),
-        Statements(sentences(budget, parts, joints, units)),
         *([] if diagnosis.noise_measured_at_rest else [Paragraph(CONTAINED)]),
         _table(budget, parts, joints, units),
     ]
@@ -125,7 +120,7 @@ def parts_of(diagnosis: Diagnosis) -> list[Part]:
         shares = share.percent / 100.0
         if share.finding is None:
             name = share.kind if share.kind in (NOISE, OTHER) else f"depends on {share.kind}"
-            parts.append(Part(name, "", (), False, shares))
+            parts.append(Part(name, False, shares))
             continue
         finding, mark = findings[share.finding], ""
         likeliest: Hypothesis = finding
@@ -134,7 +129,7 @@ def parts_of(diagnosis: Diagnosis) -> list[Part]:
             likeliest, mark = possible(finding)[0], UNDECIDED
         if likeliest is not finding:
             name = named(likeliest.effect, likeliest.joints, diagnosis.joints)
-        parts.append(Part(name + mark, effect_words(likeliest.effect) + mark, likeliest.joints, True, shares))
+        parts.append(Part(name + mark, True, shares))
     return parts
 
 
@@ -146,7 +141,7 @@ def lumped(parts: Sequence[Part]) -> list[Part]:
     large = [part for part in parts if not _small(part)]
     last = [part for part in large if part.name in (NOISE, OTHER)]
     first = [part for part in large if part.name not in (NOISE, OTHER)]
-    return [*first, Part(LUMPED, "", (), False, np.sum([part.shares for part in small], axis=0)), *last]
+    return [*first, Part(LUMPED, False, np.sum([part.shares for part in small], axis=0)), *last]
 
 
 def _small(part: Part) -> bool:
@@ -166,54 +161,6 @@ def percents(shares: np.ndarray) -> np.ndarray:
         first = np.argsort(rounded[:, joint] - exact[:, joint], kind="stable")
         rounded[first[: max(lacking, 0)], joint] += 1.0
     return rounded.astype(int)
-
-
-def sentences(
-    budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]
-) -> list[str]:
-    """One sentence for each joint that a finding explains in part, and one for all other joints."""
-    percentages = percents(np.array([part.shares for part in parts]))
-    sizes = [f"{digits(rms, 3)} {unit}" for rms, unit in zip(budget.before_rms, units, strict=True)]
-    lines = [
-        _sentence(parts, joint, name, sizes[joint], percentages[:, joint])
-        for joint, name in enumerate(joints)
-    ]
-    unexplained = [lower(name) for name, text in zip(joints, lines, strict=True) if not text]
-    explained = [text for text in lines if text]
-    if not unexplained:
-        return explained
-    return [*explained, f"No finding explains any residual of {joined(unexplained)}."]
-
-
-def _sentence(parts: Sequence[Part], joint: int, name: str, size: str, percentages: np.ndarray) -> str:
-    pairs = [(part, int(share)) for part, share in zip(parts, percentages, strict=True) if share]
-    explaining = sorted((pair for pair in pairs if pair[0].is_finding), key=lambda pair: -pair[1])
-    unnamed = [part for part in parts if not part.is_finding and part.shares[joint] > 0.0]
-    if not explaining:
-        return ""
-    (first, share), *others = explaining[:MOST]
-    sentence = f"{name}: {_here(first, joint)} explains {share} % of the squared residual ({size} rms)"
-    if others:
-        sentence += f", besides {joined([f'{_here(part, joint)} ({percent} %)' for part, percent in others])}"
-    return f"{sentence}{_most(unnamed, joint, '; of the rest, ')}."
-
-
-def _here(part: Part, joint: int) -> str:
-    """Name of a finding, with its joint if that is another one."""
-    return lower(part.effect if part.joints in ((joint,), ()) else part.name)
-
-
-def _most(parts: Sequence[Part], joint: int, opening: str) -> str:
-    total = sum(float(part.shares[joint]) for part in parts)
-    if total < SMALL:
-        return ""
-    largest = max(parts, key=lambda part: float(part.shares[joint]))
-    share = float(largest.shares[joint]) / total
-    amount = "most" if share > 0.5 else f"the largest part ({percent(share)})"
-    if largest.name == NOISE:
-        return f"{opening}{amount} is {NOISE}"
-    depends = "depends on " if largest.name in (OTHER, LUMPED) else ""
-    return f"{opening}{amount} {depends}{largest.name}"
 
 
 def _table(budget: Budget, parts: Sequence[Part], joints: Sequence[str], units: Sequence[str]) -> Table:

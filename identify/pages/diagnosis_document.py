@@ -6,8 +6,9 @@ from ..diagnosis.findings.diagnosis import Diagnosis, Simulated
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
+from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words, rows_head, size_rows
-from ..diagnosis.words.naming import change_names, effect_words
+from ..diagnosis.words.naming import capital, change_names, effect_words
 from ..diagnosis.words.sentences import direction, span
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
@@ -28,6 +29,7 @@ from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed, percent
 from .budget import budget_section, located_section
 from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
+from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .shown import Shown
 
@@ -51,10 +53,21 @@ def diagnosis_document(shown: Shown) -> Document:
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
         ("Search time", f"{diagnosis.seconds:.1f} s, reading files and simulation not counted"),
     ]
-    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), *gained_blocks(shown)])
-    budget, *below = detail_sections(shown)
-    sections = [opening, located_section(shown), budget, *below, simulation_section(shown)]
+    sections = [
+        Section("verdict", "Verdict", verdict_blocks(shown)),
+        Section("held_out", "Held-out residual by joint, root mean square", gained_blocks(shown)),
+        *detail_sections(shown),
+        simulation_section(shown),
+    ]
     return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
+
+
+def brief(shown: Shown) -> Document:
+    """The document with its verdict alone, and where the rest is."""
+    document = diagnosis_document(shown)
+    opening = document.sections[0]
+    rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
+    return document._replace(sections=[opening._replace(blocks=[*opening.blocks, rest])], facts=())
 
 
 def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -68,24 +81,29 @@ def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: st
 
 
 def detail_sections(shown: Shown) -> list[Section]:
-    """All sections below the verdict, the budget first."""
+    """All sections below the verdict, the residual by quantity first."""
     note = "The effects exist, but the runs do not determine their names. Plots show the fitted hypothesis."
     diagnosis, first = shown.diagnosis, len(shown.diagnosis.findings)
     return [
+        located_section(shown),
         budget_section(shown),
-        Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0), True),
-        Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first), True),
+        Section("parameters", "Parameters of the findings", _parameters(shown)),
+        Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
+        Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
         Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
         Section("moments", "Moments: times at which a run differs from the model", _moments(shown)),
         Section("candidates", "Effect of each candidate alone", _changes(shown)),
         Section("joints", "Every joint", every_joint(shown), True),
-        Section("data", "Runs and their limitations", _data(shown), True),
     ]
 
 
 def verdict_blocks(shown: Shown) -> list[Block]:
-    """Verdict as sentences, and a table of all findings."""
-    return [Statements(verdict(shown.diagnosis, shown.folder), "verdict"), *_findings_table(shown)]
+    """Three sentences, the table of findings, and warnings."""
+    diagnosis, said = shown.diagnosis, verdict(shown.diagnosis, shown.folder)
+    limits = warnings(diagnosis, said)
+    blocks: list[Block] = [Statements(said, "verdict"), findings_table(diagnosis)]
+    blocks.append(Paragraph(GAIN.format(capital(gain_title(diagnosis)))))
+    return [*blocks, *([Heading("Warnings"), Statements(limits)] if limits else [])]
 
 
 def gained_blocks(shown: Shown) -> list[Block]:
@@ -98,7 +116,6 @@ def gained_blocks(shown: Shown) -> list[Block]:
     picture = _bars(shown, before, after, shown.noise, "residual")
     remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
     return [
-        Heading("Held-out residual by joint, root mean square"),
         _joint_table(shown, before, after),
         Grid([Figure(title, remark, picture), *_map(shown)]),
     ]
@@ -148,7 +165,7 @@ def _map(shown: Shown) -> list[Block]:
     ]
 
 
-def _findings_table(shown: Shown) -> list[Block]:
+def _parameters(shown: Shown) -> list[Block]:
     """One row per determined parameter, undecided findings last; empty without findings."""
     rows: list[list[Cell]] = []
     reasons: list[str] = []
@@ -266,12 +283,3 @@ def _gained(before: np.ndarray, after: np.ndarray, noise: np.ndarray) -> int:
     with np.errstate(over="ignore", invalid="ignore"):
         gains = (before**2 - after**2) / noise**2
     return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
-
-
-def _data(shown: Shown) -> list[Block]:
-    diagnosis = shown.diagnosis
-    runs = f"Fitted: {', '.join(diagnosis.runs)}; held out: {', '.join(diagnosis.held_out) or 'none'}."
-    return [
-        Paragraph(runs),
-        Statements(diagnosis.warnings or ("Nothing about the recordings limits the result.",)),
-    ]

@@ -7,12 +7,15 @@ from ..diagnosis.candidates import kind_of
 from ..diagnosis.findings.axes import AXES
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
+from ..diagnosis.findings.residuals import Remainder
+from ..diagnosis.words.details import details
+from ..diagnosis.words.importance import clearest_joint
 from ..diagnosis.words.measures import size_words
 from ..diagnosis.words.naming import capital, named
 from ..diagnosis.words.sentences import dependence
-from ..diagnosis.words.verdict import certainty, headline, left_on, undecided
+from ..diagnosis.words.verdict import verdict
 from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph, Table
-from ..text_table import percent
+from ..text_table import digits, percent
 from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
 from .shown import Shown
 
@@ -32,26 +35,19 @@ def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first:
     """Words and plots of findings; `first` is the index of the first one among all findings."""
     if not findings:
         return []
-    blocks: list[Block] = [Paragraph(note if shown.traces else WITHOUT)]
+    blocks: list[Block] = [Paragraph(note if shown.traces else WITHOUT, "plot")]
+    said = verdict(shown.diagnosis, shown.folder)[0]
     for place, finding in enumerate(findings, first):
-        texts = filter(None, _words(shown, finding))
-        blocks += [Heading(shown.finding_names[place]), *(Paragraph(words, "") for words in texts)]
+        words = " ".join(line for line in details(shown.diagnosis, finding, shown.folder) if line != said)
+        blocks += [Heading(shown.finding_names[place]), Paragraph(words, "")]
         axes = kind_of(finding.effect).drawn_against or USUAL[:2]
         size_sentence, size_figure = _size(shown.diagnosis, finding)
-        plots = _plots(without(shown, place), shown.clearest_joint(finding), axes)
+        plots = _plots(without(shown, place), clearest_joint(shown.diagnosis, finding), axes)
         figures = [figure for figure in (*plots[:1], size_figure) if figure is not None]
         blocks += [*size_sentence, Grid(figures), _alternatives(shown, finding)]
         if plots[1:]:
             blocks.append(Folded("More plots of this joint", [Grid(plots[1:], "three")]))
     return blocks
-
-
-def _words(shown: Shown, finding: Finding) -> tuple[str, ...]:
-    """Headline and certainty of a finding; its hypotheses if it is undecided."""
-    diagnosis, folder = shown.diagnosis, shown.folder
-    if finding in diagnosis.undecided:
-        return (undecided(diagnosis, finding, folder),)
-    return headline(diagnosis, finding), certainty(diagnosis, finding, folder)
 
 
 def _size(diagnosis: Diagnosis, finding: Finding) -> tuple[list[Paragraph], Figure | None]:
@@ -107,11 +103,20 @@ def unexplained_blocks(shown: Shown) -> list[Block]:
     blocks: list[Block] = []
     for remainder in shown.diagnosis.remainders:
         words = (
-            f"{shown.names[remainder.joint]} keeps a residual of {left_on(remainder, shown.diagnosis)}; "
+            f"{shown.names[remainder.joint]} keeps a residual of {_left_on(shown, remainder)}; "
             f"{dependence(remainder.depends_on)} (probability {percent(remainder.probability, 3)})."
         )
         blocks += [Paragraph(words, ""), Grid(_plots(shown, remainder.joint, USUAL), "three")]
     return blocks
+
+
+def _left_on(shown: Shown, remainder: Remainder) -> str:
+    """Residual of a joint with its unit, and as a multiple of the noise if that was measured."""
+    joint, budget = remainder.joint, shown.diagnosis.budget
+    noise = float(shown.noise[joint])
+    size = remainder.over_noise * noise if budget is None else float(budget.after_rms[joint])
+    text = f"{digits(size, 3)} {shown.diagnosis.torque_units[joint]}"
+    return f"{text} ({size / noise:.2f} x its noise)" if shown.over_noise else text
 
 
 def every_joint(shown: Shown) -> list[Block]:
