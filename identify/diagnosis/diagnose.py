@@ -28,7 +28,6 @@ from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, re
 from .results.sizes import left_out, size
 from .runs.driven import Driven
 from .runs.usable import usable
-from .search.held_out import hints
 from .search.once import moments
 from .search.problem import Problem
 from .search.search import SearchResult, search
@@ -109,7 +108,6 @@ def diagnose(
         moments=tuple(moments(result.problem, result.prediction)),
         changes=tuple(changes(result.problem, result.single)),
         located=located(spent, result.selected, remaining),
-        hints=hints(result.left, result.total),
         budget=spent,
         noise=proof.noise,
         noise_measured_at_rest=any(share.kind == NOISE for share in spent.shares),

@@ -3,13 +3,11 @@
 import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis, Simulated
-from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.words.limits import warnings
-from ..diagnosis.words.measures import left_out_words, rows_head, size_rows
+from ..diagnosis.words.measures import left_out_words
 from ..diagnosis.words.naming import capital, change_names, effect_words
-from ..diagnosis.words.sentences import direction, span
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -26,8 +24,8 @@ from ..document.document import (
 )
 from ..document.html import html
 from ..document.text import text
-from ..text_table import NORMAL_95, digits, fixed, percent
-from .budget import budget_section, located_section
+from ..text_table import NORMAL_95, digits, fixed
+from .budget import budget_section
 from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
 from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
@@ -81,17 +79,15 @@ def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: st
 
 
 def detail_sections(shown: Shown) -> list[Section]:
-    """All sections below the verdict, the residual by quantity first."""
+    """All sections below the verdict, the residual by cause first."""
     note = "The effects exist, but the runs do not determine their names. Plots show the fitted hypothesis."
     diagnosis, first = shown.diagnosis, len(shown.diagnosis.findings)
     return [
-        located_section(shown),
         budget_section(shown),
         Section("parameters", "Parameters of the findings", _parameters(shown)),
         Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
         Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
         Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("moments", "Moments: times at which a run differs from the model", _moments(shown)),
         Section("candidates", "Effect of each candidate alone", _changes(shown)),
         Section("joints", "Every joint", every_joint(shown), True),
     ]
@@ -169,55 +165,18 @@ def _parameters(shown: Shown) -> list[Block]:
     """One row per determined parameter, undecided findings last; empty without findings."""
     rows: list[list[Cell]] = []
     reasons: list[str] = []
-    findings = shown.diagnosis.findings
     for name, finding in zip(shown.finding_names, shown.diagnosis.all_findings, strict=True):
-        mark = "" if finding in findings else ", undecided"
-        score = "" if np.isnan(finding.held_out) else f", held-out score {digits(finding.held_out, 3)}"
-        certainty = f"  probability {percent(finding.probability, 3)}{score}"
-        rows += [[f"{name}{mark}"], [certainty], *_numbers(shown, finding)]
+        score = "" if np.isnan(finding.held_out) else f" (held-out score {digits(finding.held_out, 3)})"
+        rows.append([f"{name}{score}"])
+        rows += [
+            [f"  {parameter}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
+            for parameter, q in finding.determined.items()
+        ]
         reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out).values() if words]
     if not rows:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(reasons)] if reasons else []), Paragraph(HELD_OUT)]
-
-
-def _numbers(shown: Shown, finding: Finding) -> list[list[Cell]]:
-    """Rows of the determined parameters, and of the torque if a parameter is not determined."""
-    rows: list[list[Cell]] = [
-        [f"  {name}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
-        for name, q in finding.determined.items()
-    ]
-    if (size := finding.size) is not None and finding.left_out:
-        unit = shown.diagnosis.torque_units[size.joint]
-        rows.append([f"  {rows_head(size, shown.diagnosis)}"])
-        rows += [
-            [f"    {words}", Number(torque), Number(NORMAL_95 * std, 2), unit]
-            for words, torque, std in size_rows(size, shown.diagnosis)
-        ]
-    return rows
-
-
-def _moments(shown: Shown) -> list[Block]:
-    rows: list[list[Cell]] = [
-        [
-            moment.run,
-            span(moment),
-            ", ".join(str(joint + 1) for joint in moment.joints),
-            Number(moment.force, 3),
-            direction(moment),
-        ]
-        for moment in shown.diagnosis.moments
-    ]
-    if not rows:
-        return []
-    note = (
-        "Time windows in which a run, fitted or held out, differs from the model as at no other time. The "
-        "force on the flange that explains most of the difference is given in the axes of the base; a single "
-        "joint does not determine it."
-    )
-    head = ["run", "time", "joints", "force [N]", "direction"]
-    return [Paragraph(note), Table(head, rows, words=(1, 2, 4))]
 
 
 def _changes(shown: Shown) -> list[Block]:

@@ -78,6 +78,8 @@ def joints_listed(diagnosis: Diagnosis, finding: Finding) -> list[int]:
 
 def _finding_words(diagnosis: Diagnosis, finding: Finding) -> str:
     """Name and size of a finding; hypotheses of an undecided one, and why it is undecided."""
+    if _withheld(diagnosis, finding):
+        return f"candidate: {hypotheses_words(finding, diagnosis.joints, probable=False)}"
     if finding in diagnosis.undecided:
         return f"undecided: {hypotheses_words(finding, diagnosis.joints)}{reservations(finding)}"
     number = main_number(finding) or _torque(diagnosis, finding)
@@ -85,6 +87,11 @@ def _finding_words(diagnosis: Diagnosis, finding: Finding) -> str:
     conditional = beliefs is not None and diagnosis.all_findings.index(finding) in beliefs.conditional
     condition = " (bodies as described)" if conditional else ""
     return effect_words(finding.effect) + (f": {number}" if number else "") + condition
+
+
+def _withheld(diagnosis: Diagnosis, finding: Finding) -> bool:
+    """Whether a finding has no name because its joints do not fit as correct recordings do."""
+    return diagnosis.adequacy is not None and diagnosis.adequacy.fails(finding.joints)
 
 
 def _torque(diagnosis: Diagnosis, finding: Finding) -> str:
@@ -102,7 +109,7 @@ def _torque(diagnosis: Diagnosis, finding: Finding) -> str:
 def _probability(diagnosis: Diagnosis, finding: Finding) -> str:
     """Probability of a finding, or of the family of an undecided one; empty without a family."""
     probability = finding.probability
-    if finding in diagnosis.undecided:
+    if finding in diagnosis.undecided or _withheld(diagnosis, finding):
         probability = finding.family_probability
     return "" if np.isnan(probability) else _short(probability)
 

@@ -7,15 +7,13 @@ from ..diagnosis.candidates import kind_of
 from ..diagnosis.findings.axes import AXES
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
-from ..diagnosis.findings.residuals import Remainder
 from ..diagnosis.words.details import details
 from ..diagnosis.words.importance import clearest_joint
 from ..diagnosis.words.measures import size_words
-from ..diagnosis.words.naming import capital, named
+from ..diagnosis.words.naming import capital
 from ..diagnosis.words.sentences import dependence
 from ..diagnosis.words.verdict import verdict
-from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph, Table
-from ..text_table import digits, percent
+from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph
 from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
 from .shown import Shown
 
@@ -44,7 +42,7 @@ def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first:
         size_sentence, size_figure = _size(shown.diagnosis, finding)
         plots = _plots(without(shown, place), clearest_joint(shown.diagnosis, finding), axes)
         figures = [figure for figure in (*plots[:1], size_figure) if figure is not None]
-        blocks += [*size_sentence, Grid(figures), _alternatives(shown, finding)]
+        blocks += [*size_sentence, Grid(figures)]
         if plots[1:]:
             blocks.append(Folded("More plots of this joint", [Grid(plots[1:], "three")]))
     return blocks
@@ -88,35 +86,13 @@ def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Figure]:
     return figures
 
 
-def _alternatives(shown: Shown, finding: Finding) -> Block:
-    if not finding.alternatives:
-        return Paragraph("No other effect that exidyn knows explains this as well.")
-    rows = [
-        [named(other.effect, other.joints, shown.diagnosis.joints), percent(other.probability)]
-        for other in finding.alternatives
-    ]
-    return Table(["not excluded", "probability"], rows)
-
-
 def unexplained_blocks(shown: Shown) -> list[Block]:
-    """Residuals that no known effect explains."""
+    """Plots of residuals that no known effect explains."""
     blocks: list[Block] = []
     for remainder in shown.diagnosis.remainders:
-        words = (
-            f"{shown.names[remainder.joint]} keeps a residual of {_left_on(shown, remainder)}; "
-            f"{dependence(remainder.depends_on)} (probability {percent(remainder.probability, 3)})."
-        )
-        blocks += [Paragraph(words, ""), Grid(_plots(shown, remainder.joint, USUAL), "three")]
+        title = f"{shown.names[remainder.joint]}: {dependence(remainder.depends_on)}"
+        blocks += [Heading(title), Grid(_plots(shown, remainder.joint, USUAL), "three")]
     return blocks
-
-
-def _left_on(shown: Shown, remainder: Remainder) -> str:
-    """Residual of a joint with its unit, and as a multiple of the noise if that was measured."""
-    joint, budget = remainder.joint, shown.diagnosis.budget
-    noise = float(shown.noise[joint])
-    size = remainder.over_noise * noise if budget is None else float(budget.after_rms[joint])
-    text = f"{digits(size, 3)} {shown.diagnosis.torque_units[joint]}"
-    return f"{text} ({size / noise:.2f} x its noise)" if shown.over_noise else text
 
 
 def every_joint(shown: Shown) -> list[Block]:

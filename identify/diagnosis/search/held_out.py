@@ -6,8 +6,6 @@ import numpy as np
 from scipy import stats
 
 from ..blocks.block_likelihood import above_zero, all_or_nothing
-from ..candidates import dependence_of
-from ..findings.residuals import Hinted
 from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
 from ..questions.comparison import relative_change
 from .problem import Problem
@@ -17,36 +15,6 @@ PROVEN = 0.95
 """Confidence level of the interval of what a finding explains, which must exclude zero [-]."""
 FEW = 3
 """Fewest blocks whose scatter says anything about an effect."""
-
-
-def hints(answers: Sequence[Answer], total: float) -> tuple[Hinted, ...]:
-    """Best hypothesis for each joint that held-out runs support and fitted blocks do not contradict.
-
-    Args:
-        answers: Answers with all findings in the model.
-        total: Sum of the prior weights of all hypotheses.
-    """
-    best: dict[int, tuple[float, Hinted]] = {}
-    for answer in answers:
-        undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief and answer.gain < CERTAIN_ODDS
-        odds, hint = odds_held_out(answer, total), _hint(answer)
-        held = ~answer.fitted, hint.joint
-        excludes_zero = explains(answer.predicted[held], answer.errors[held])
-        supported = odds > CERTAIN_ODDS and undecided and excludes_zero
-        if supported and odds > best.get(hint.joint, (-np.inf,))[0]:
-            best[hint.joint] = odds, hint
-    return tuple(best[joint][1] for joint in sorted(best))
-
-
-def _hint(answer: Answer) -> Hinted:
-    """An effect as held-out runs show it, on the joint that shows it best."""
-    held_out, candidate = ~answer.fitted, answer.candidate
-    joint = int(np.argmax(answer.gains[held_out].sum(axis=0)))
-    change, std = relative_change(answer.predicted[held_out, joint], answer.errors[held_out, joint])
-    depends_on = dependence_of(candidate) or candidate.effect
-    return Hinted(
-        candidate.effect, joint, depends_on, float(answer.gain), float(answer.held_out), change, std
-    )
 
 
 def odds_held_out(answer: Answer, total: float) -> float:

@@ -4,9 +4,8 @@ from ...text_table import percent
 from ..candidates import kind_of, kinds
 from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Finding
-from ..results.remainder import MATERIAL
 from ..search.selected import EXCLUDED
-from .naming import effect_words
+from .naming import effect_words, joined, lower, named
 from .verdict import decides, finding_sentence
 
 
@@ -14,25 +13,16 @@ def details(diagnosis: Diagnosis, finding: Finding, folder: str = "") -> list[st
     """The finding, its probability, excluded effects, the run that decides, and a remark."""
     parts = [finding_sentence(diagnosis, finding)]
     if finding in diagnosis.findings:
-        parts += [f"Probability {percent(finding.probability, 3)}.", _small(diagnosis, finding)]
-        parts += [_held_out(finding), _excluded(diagnosis, finding)]
+        parts += [f"Probability {percent(finding.probability, 3)}.", _excluded(diagnosis, finding)]
     if finding.alternatives:
-        parts.append(f"To decide: {decides(finding, folder)}.")
+        others = [
+            f"{named(other.effect, other.joints, diagnosis.joints)} ({percent(other.probability)})"
+            for other in finding.alternatives
+        ]
+        parts.append(f"Not excluded: {lower(joined(others))}. To decide: {decides(finding, folder)}.")
     if remark := kind_of(finding.effect).remark:
         parts.append(f"{remark}.")
     return [part for part in parts if part]
-
-
-def _small(diagnosis: Diagnosis, finding: Finding) -> str:
-    """Sentence on a finding that exists but hardly matters; empty for others."""
-    if not (diagnosis.held_out and diagnosis.noise_measured_at_rest):
-        return ""
-    share = float((finding.torque_rms / diagnosis.noise).max())
-    return f"It is small, {share:.2f} x noise: a model without it does nearly as well." * (share < MATERIAL)
-
-
-def _held_out(finding: Finding) -> str:
-    return "Held-out runs are predicted no better with it." * (finding.held_out <= 0.0)
 
 
 def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:

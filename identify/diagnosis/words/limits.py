@@ -7,7 +7,7 @@ from ..findings.beliefs import Beliefs, Departure
 from ..findings.diagnosis import Diagnosis
 from .importance import clearest_joint
 from .naming import capital, joined, joint_words, lower, named
-from .sentences import hint_sentence, moment_sentence
+from .sentences import moment_sentence
 
 MOST_NAMED = 2
 """Number of parameters that a sentence names; pages list all of them."""
@@ -17,7 +17,6 @@ def warnings(diagnosis: Diagnosis, said: Sequence[str] = ()) -> list[str]:
     """What limits the result, the most important first; without sentences that were already said."""
     runs = (*diagnosis.runs, *diagnosis.held_out)
     lines = [*diagnosis.suspicions, *_of_beliefs(diagnosis), *map(moment_sentence, diagnosis.moments)]
-    lines += [hint_sentence(hint, diagnosis.joints) for hint in diagnosis.hints]
     sentences = dict.fromkeys(full(line, runs) for line in (*lines, *diagnosis.warnings))
     return [line for line in sentences if not any(line in other for other in said)]
 

@@ -1,4 +1,4 @@
-"""Sentences about findings, undecided findings, hints and moments, with their numbers."""
+"""Sentences about findings, undecided findings and moments, with their numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ...text_table import NORMAL_95, digits, percent
+from ...text_table import digits, percent
 from ..candidates import kind_of
 from ..findings.diagnosis import Moment
 from ..findings.family import FAMILIES
 from ..findings.finding import Finding, Hypothesis
 from ..findings.quantities import SCALES, SLIDING, TURNING, Formatted, formatted
-from ..findings.residuals import UNCERTAIN, Hinted
+from ..findings.residuals import UNCERTAIN
 from .naming import effect_words, joined, joint_words, lower
 
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
@@ -99,15 +99,21 @@ LISTED = 3
 """Number of hypotheses that a sentence names; pages list all of them."""
 
 
-def hypotheses_words(finding: Finding, joints: Sequence[str]) -> str:
-    """The most probable hypotheses of a finding, with probabilities and with joints if these differ."""
+def hypotheses_words(finding: Finding, joints: Sequence[str], probable: bool = True) -> str:
+    """The most probable hypotheses of a finding, with joints if these differ.
+
+    Args:
+        finding: The finding with its alternatives.
+        joints: Names of the robot's joints.
+        probable: Whether probabilities are given, which say nothing on joints that do not fit.
+    """
     hypotheses = possible(finding)
     words = []
     for hypothesis in hypotheses[:LISTED]:
         where = joined([lower(joint_words(joint, joints)) for joint in hypothesis.joints] or ["the arm"])
         name = effect_words(hypothesis.effect)
         name += f" of {where}" if hypothesis.joints != finding.joints else ""
-        words.append(f"{name} {percent(hypothesis.probability)}")
+        words.append(f"{name} {percent(hypothesis.probability)}" if probable else name)
     words += ["another effect"] if len(hypotheses) > LISTED else []
     return joined(words, "or")
 
@@ -115,23 +121,12 @@ def hypotheses_words(finding: Finding, joints: Sequence[str]) -> str:
 def reservations(finding: Finding) -> str:
     """Why a finding is undecided although its name may be probable, in parentheses; empty without reasons."""
     reasons = {
-        "may explain nothing": not finding.proven,
+        "not proven": not finding.proven,
         "only one joint shows it": finding.alone,
         "or something like it": finding.unnamed,
     }
     words = [reason for reason, holds in reasons.items() if holds]
     return f" ({', '.join(words)})" if words else ""
-
-
-def hint_sentence(hint: Hinted, joints: Sequence[str]) -> str:
-    """Effect that the held-out runs show and the fitted runs do not, with both numbers and an action."""
-    where, effect = joint_words(hint.joint, joints), effect_words(hint.effect)
-    change = f"{-100 * hint.change:.0f} ± {100 * NORMAL_95 * hint.std:.0f} %"
-    return (
-        f"{where}: held-out runs show {effect} (log likelihood ratio {hint.gain_held_out:.1f}), which would "
-        f"explain {change} of the squared residual there; the fitted runs do not decide it (ratio "
-        f"{hint.gain:.1f}). Fit one of the held-out runs too, and hold out another one."
-    )
 
 
 def dependence(depends_on: str) -> str:

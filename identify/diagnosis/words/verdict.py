@@ -57,7 +57,7 @@ def _cause(diagnosis: Diagnosis, first: Finding | None) -> str:
 def _nothing(diagnosis: Diagnosis) -> str:
     """Sentence for a diagnosis that explains nothing, which may be because nothing is missing."""
     known, cause = residuals(diagnosis), "the residual depends on no recorded quantity"
-    if diagnosis.all_findings or diagnosis.hints:
+    if diagnosis.all_findings:
         cause = "no finding explains a part of a joint's residual"
     elif known is not None and known.held_out and diagnosis.noise_measured_at_rest:
         if np.all(known.after <= TO_NOISE * diagnosis.noise):

@@ -27,7 +27,6 @@ from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.sentences import sentence
 from exidyn.identification.diagnosis.words.verdict import verdict
 from exidyn.identification.document.text import text
-from exidyn.identification.pages.budget import percents
 from exidyn.identification.pages.diagnosis_document import brief, report_html, summary
 from exidyn.identification.pages.diagnosis_table import findings_table
 from exidyn.identification.pages.shown import Shown
@@ -181,14 +180,14 @@ SAID = {
     ),
     "joints that do not fit": (
         inadequate(0, 1),
-        "Check the input first (columns, units, description): joints 1 and 2 do not fit as correct recordings "
-        "do; their residuals are 45 % and 30 % of their torques; each fits by itself (4 % and 5 %), together",
+        "Check the input first (columns, units, description): joints 1 and 2 do not fit as correct "
+        "recordings do; their residuals are 45 % and 30 % of their torques; each fits by itself (4 %",
         "", "exidyn init LOG",
     ),
     "a joint that does not fit": (
         inadequate(0, misfits=(Misfit("one", 3.0, 4.5, 0),)),
-        "Joint 1 does not fit as correct recordings do: its residual is 45 % of its torque, most of it in one "
-        "at 3.00 to 4.50 s; no effect is named there.", "", "exidyn view",
+        "Joint 1 does not fit as correct recordings do: its residual is 45 % of its torque, most of it "
+        "in one at 3.00 to 4.50 s; no effect is named there.", "", "exidyn view",
     ),
     "a belief": (believed(finding(), conditional=(0,)), f"With the bodies as described, j{LIFT[1:]}", "", ""),
     "a gain": (
@@ -223,7 +222,7 @@ def rows_of(one: Diagnosis) -> list[list[str]]:
 def test_the_table_has_every_joint_and_every_finding_with_its_own_numbers():
     spring = replace(SHAKY, torque_rms=np.array([1.0, 1.0, 0.0]))
     one = diagnosis(finding(), undecided=(spring,), remainders=LEFT, **SHARED)
-    open_ = "undecided: joint spring 65 %, time delay of the arm 20 % or backlash 12 % (may explain nothing)"
+    open_ = "undecided: joint spring 65 %, time delay of the arm 20 % or backlash 12 % (not proven)"
     assert rows_of(one) == [
         ["joint1", "2.00 -> 1.00", open_, "", "50 %"],
         ["joint2", "2.00 -> 1.00", "undecided, as on joint joint1", "", "50 %"],
@@ -237,6 +236,7 @@ def test_the_table_has_every_joint_and_every_finding_with_its_own_numbers():
 def test_a_finding_without_a_determined_number_has_the_size_of_its_torque():
     missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
     assert rows_of(diagnosis(collinear(left_out=missing)))[2][2] == "load-dependent friction: 0.29 ± 0.06 N m"
+    assert rows_of(inadequate(0, 1))[2][2:4] == ["candidate: load-dependent friction", ""]
     unknown = replace(LOADED, points=(), beside_rms=0.05, beside_std=0.05)
     assert rows_of(diagnosis(collinear(left_out=missing, size=unknown)))[2][2] == "load-dependent friction"
 
@@ -269,10 +269,6 @@ def test_details_have_the_probability_what_is_excluded_and_how_to_decide():
     said = " ".join(details(rivals, rivals.findings[0]))
     assert "Probability 82 %." in said
     assert "tell load-dependent friction from torque ripple by a run with a body of known mass on the" in said
-    small = diagnosis(finding(torque=0.02, held_out=-3.0))
-    said = " ".join(details(small, small.findings[0]))
-    assert "It is small, 0.10 x noise" in said
-    assert "predicted no better with it" in said
 
 
 @pytest.mark.parametrize(("gear_ratio", "turning"), [(1.0, "the joint"), (160.0, "its motor")])
@@ -338,8 +334,6 @@ def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
     assert "preload is not given because these runs cannot separate it from mu3." in " ".join(page.split())
     assert "0.7771" not in page
     assert "0.78" not in page
-    rows = [line.split() for line in page.splitlines()]
-    assert ["0.85", "N", "m", "(usual)", "0.1900", "0.047", "N", "m"] in rows
     [row] = as_json(one)["findings"]
     assert row["size"]["points"][1] == {"at": 0.85, "torque": 0.19, "std": 0.024, "which": "usual"}
     assert (row["size"]["joint"], row["size"]["over"]) == (3, "size of the load")
@@ -398,26 +392,11 @@ def test_multiples_of_noise_are_reported_only_where_it_was_measured():
     assert "x noise" in summary(diagnosis())
 
 
-def test_the_verdict_comes_first_and_the_budget_adds_up_to_a_hundred():
-    lines = summary(diagnosis(finding())).splitlines()
-    start = lines.index("Residual by cause")
-    assert lines.index("Verdict") < start
-    shares = re.findall(r"(\d+) % \([\d.]+\)$", "\n".join(lines[start:]), flags=re.M)
-    assert sum(map(int, shares)) == 100
+def test_the_budget_adds_up_to_a_hundred():
     table = as_json(diagnosis(finding()))["budget"]
     np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
     assert table["shares"][0]["finding"] == 0
     assert table["before_rms"] == [2.0] * 3
-
-
-def test_the_budget_is_whole_per_cents_with_small_kinds_in_one_line():
-    shares = np.array([[1 / 3], [1 / 3], [1 / 3]])
-    assert sorted(percents(shares)[:, 0]) == [33, 33, 34]
-    assert list(percents(np.array([[0.004], [0.996]]))[:, 0]) == [0, 100]
-    page = summary(diagnosis(budget=budget(load=(0.004,) * 3, time=(0.002,) * 3, position=(0.0, 0.0, 0.2))))
-    assert "other kinds, less than 1 % each" in page
-    assert "depends on load" not in page
-    assert "depends on position" in page
 
 
 def test_candidates_are_listed_with_what_each_alone_would_change():
