@@ -7,6 +7,7 @@ import numpy as np
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import with_interval
+from ..diagnosis.findings.residuals import UNCERTAIN
 from ..diagnosis.findings.size import sign_known
 from ..diagnosis.results.budget import LEAST
 from ..diagnosis.words.importance import clearest_joint, residuals, shares
@@ -67,7 +68,8 @@ def _of_findings(diagnosis: Diagnosis, joint: int) -> Iterator[tuple[str, str, s
             yield _finding_words(diagnosis, finding), _probability(diagnosis, finding), gain
         else:
             name = "undecided" if finding in diagnosis.undecided else effect_words(finding.effect)
-            yield f"{name}, as on joint {joint_names(diagnosis)[first]}", "", gain
+            where = joint_names(diagnosis)[first]
+            yield f"{name}, as on {f'joint {where}' if where.isdigit() else where}", "", gain
 
 
 def joints_listed(diagnosis: Diagnosis, finding: Finding) -> list[int]:
@@ -116,9 +118,8 @@ def _probability(diagnosis: Diagnosis, finding: Finding) -> str:
 
 def _unexplained(diagnosis: Diagnosis, joint: int) -> Iterator[tuple[str, str, str]]:
     for remainder in diagnosis.remainders:
-        if remainder.joint == joint:
-            depends = f", depends on {remainder.depends_on}" if remainder.depends_on else ""
-            yield f"unexplained{depends}", _short(remainder.probability), ""
+        if remainder.joint == joint and remainder.depends_on != UNCERTAIN:
+            yield f"unexplained, depends on {remainder.depends_on}", _short(remainder.probability), ""
 
 
 def _short(probability: float) -> str:

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 from ...text_table import digits, percent
 from ..findings.beliefs import Beliefs, Departure
 from ..findings.diagnosis import Diagnosis
+from ..findings.residuals import UNCERTAIN
 from .importance import clearest_joint
-from .naming import capital, joined, joint_words, lower, named
+from .naming import capital, joined, joint_words, joints_words, lower, named
 from .sentences import moment_sentence
 
 MOST_NAMED = 2
@@ -17,6 +18,8 @@ def warnings(diagnosis: Diagnosis, said: Sequence[str] = ()) -> list[str]:
     """What limits the result, the most important first; without sentences that were already said."""
     runs = (*diagnosis.runs, *diagnosis.held_out)
     lines = [*diagnosis.suspicions, *_of_beliefs(diagnosis), *map(moment_sentence, diagnosis.moments)]
+    if left := [each.joint for each in diagnosis.remainders if each.depends_on == UNCERTAIN]:
+        lines.append(f"an unexplained residual remains on {joints_words(left, diagnosis.joints)}")
     sentences = dict.fromkeys(full(line, runs) for line in (*lines, *diagnosis.warnings))
     return [line for line in sentences if not any(line in other for other in said)]
 

@@ -44,12 +44,17 @@ def numbers(finding: Finding) -> dict[str, Any]:
 
 
 def main_number(finding: Finding) -> str:
-    """The first number in the sentence of a finding, with sign and unit; empty if none is determined."""
-    known = numbers(finding)
+    """The first number in the sentence of a finding, with sign and unit; empty if it is not determined.
+
+    A bare number, such as an exponent, only counts if all parameters are determined and no other number is.
+    """
+    known, shown, bare = numbers(finding), "", ""
     for _, name, form, _ in Formatter().parse(kind_of(finding.effect).sentence):
-        if name and isinstance(number := known.get(name), Formatted) and "|" not in (form or ""):
-            return format(number, " ".join(word for word in (form or "").split() if word in SCALES))
-    return ""
+        words = (form or "").split()
+        if isinstance(number := known.get(name or ""), Formatted) and "|" not in (form or ""):
+            text = format(number, " ".join(word for word in words if word in SCALES))
+            shown, bare = (shown, bare or text) if "bare" in words else (shown or text, bare)
+    return shown or (bare if not finding.left_out else "")
 
 
 def _filled(pattern: str, known: Mapping[str, Any]) -> str:

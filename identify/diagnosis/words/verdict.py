@@ -148,9 +148,9 @@ def _next(diagnosis: Diagnosis, first: Finding | None, folder: str) -> str:
         return f"Next: exidyn view {path}diagnosis.json, which shows where and when the residual is large."
     if not diagnosis.held_out:
         return f"{VALIDATE}: only a run that was not fitted shows whether this holds."
-    uncertain = [finding for finding in diagnosis.undecided if finding.alternatives]
-    if open_ := sorted(uncertain, key=lambda finding: finding is not first):
-        return f"Next: {decides(open_[0], folder)}."
+    uncertain = (f for f in important(diagnosis) if f in diagnosis.undecided and f.alternatives)
+    if (open_ := next(uncertain, None)) is not None:
+        return f"Next: {decides(open_, folder)}."
     if first is None:
         return "Next: exidyn identify RUN --robot ROBOT; the model needs no other effect."
     return f"Next: exidyn identify RUN --robot {path}{FOUND} --validate OTHER; that file has the findings."

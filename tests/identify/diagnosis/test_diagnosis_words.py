@@ -225,7 +225,7 @@ def test_the_table_has_every_joint_and_every_finding_with_its_own_numbers():
     open_ = "undecided: joint spring 65 %, time delay of the arm 20 % or backlash 12 % (not proven)"
     assert rows_of(one) == [
         ["joint1", "2.00 -> 1.00", open_, "", "50 %"],
-        ["joint2", "2.00 -> 1.00", "undecided, as on joint joint1", "", "50 %"],
+        ["joint2", "2.00 -> 1.00", "undecided, as on joint1", "", "50 %"],
         ["", "", "unexplained, depends on position and velocity", "99.9 %", ""],
         ["joint3", "2.00 -> 1.00", "load-dependent friction: 0.120 ± 0.012", "> 99.9 %", "31 %"],
     ]
