@@ -8,7 +8,6 @@ from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import with_interval
 from ..diagnosis.findings.residuals import UNCERTAIN
-from ..diagnosis.findings.size import sign_known
 from ..diagnosis.results.budget import LEAST
 from ..diagnosis.words.importance import clearest_joint, residuals, shares
 from ..diagnosis.words.naming import effect_words
@@ -97,15 +96,11 @@ def _withheld(diagnosis: Diagnosis, finding: Finding) -> bool:
 
 
 def _torque(diagnosis: Diagnosis, finding: Finding) -> str:
-    """Largest known torque of a finding whose parameters are not determined; empty if it may be zero."""
-    if (size := finding.size) is None:
+    """Largest torque of a finding whose parameters are not determined; empty if it may be zero."""
+    if (size := finding.size) is None or not size.known:
         return ""
-    value, std = size.beside_rms, size.beside_std
-    if size.known:
-        most = max(size.points, key=lambda point: abs(point.torque))
-        value, std = most.torque, most.std
-    known = sign_known(value, std)
-    return f"{with_interval(value, std)} {diagnosis.torque_units[size.joint]}" if known else ""
+    most = max(size.points, key=lambda point: abs(point.torque))
+    return f"{with_interval(most.torque, most.std)} {diagnosis.torque_units[size.joint]}"
 
 
 def _probability(diagnosis: Diagnosis, finding: Finding) -> str:

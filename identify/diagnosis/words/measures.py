@@ -20,7 +20,7 @@ from ..findings.quantities import SLIDING, TURNING, with_interval
 from ..findings.size import OF_A_CURVE, LeftOut, Point, Size
 from .naming import effect_words, joined
 
-BESIDE = "root mean square, that no other parameter can absorb"
+BESIDE = "other parameters can absorb all of its torque but {} (root mean square)"
 TorqueUnit = Literal["N m", "N"]
 
 
@@ -63,7 +63,7 @@ def size_words(size: Size, diagnosis: Diagnosis) -> str:
     """Torque of a finding as a part of a sentence: at its points, or else its root mean square."""
     unit = diagnosis.torque_units[size.joint]
     if not size.known:
-        return f"it gives {with_interval(size.beside_rms, size.beside_std)} {unit}, {BESIDE}"
+        return BESIDE.format(f"{with_interval(size.beside_rms, size.beside_std)} {unit}")
     axis = AXES[size.over]
     against = " against the motion" if axis.braking else ""
     first, *others = (_place(point, unit_over(size, diagnosis)) for point in size.points)
