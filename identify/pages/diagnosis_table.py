@@ -62,7 +62,7 @@ def _of_findings(diagnosis: Diagnosis, joint: int) -> Iterator[tuple[str, str, s
     listed = [(part, finding) for part, finding in explained if joint in joints_listed(diagnosis, finding)]
     for part, finding in sorted(listed, key=lambda pair: -np.nan_to_num(pair[0])):
         first = joints_listed(diagnosis, finding)[0]
-        gain = "" if np.isnan(part) else percent(float(part)) if part >= LEAST else "none"
+        gain = "" if np.isnan(part) else _short(float(part), 2) if part >= LEAST else "none"
         if joint == first:
             yield _finding_words(diagnosis, finding), _probability(diagnosis, finding), gain
         else:
@@ -117,5 +117,5 @@ def _unexplained(diagnosis: Diagnosis, joint: int) -> Iterator[tuple[str, str, s
             yield f"unexplained, depends on {remainder.depends_on}", _short(remainder.probability), ""
 
 
-def _short(probability: float) -> str:
-    return percent(probability, 3).replace("above", ">").replace("below", "<")
+def _short(share: float, significant: int = 3) -> str:
+    return percent(share, significant).replace("above", ">").replace("below", "<")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from ...plausible.suspicion import CHECK_FIRST
 from ...text_table import digits, percent
 from ..findings.beliefs import Beliefs, Departure
 from ..findings.diagnosis import Diagnosis
@@ -17,11 +18,21 @@ MOST_NAMED = 2
 def warnings(diagnosis: Diagnosis, said: Sequence[str] = ()) -> list[str]:
     """What limits the result, the most important first; without sentences that were already said."""
     runs = (*diagnosis.runs, *diagnosis.held_out)
-    lines = [*diagnosis.suspicions, *_of_beliefs(diagnosis), *map(moment_sentence, diagnosis.moments)]
+    lines = [
+        *suspicion_sentences(diagnosis),
+        *_of_beliefs(diagnosis),
+        *map(moment_sentence, diagnosis.moments),
+    ]
     if left := [each.joint for each in diagnosis.remainders if each.depends_on == UNCERTAIN]:
         lines.append(f"an unexplained residual remains on {joints_words(left, diagnosis.joints)}")
     sentences = dict.fromkeys(full(line, runs) for line in (*lines, *diagnosis.warnings))
     return [line for line in sentences if not any(line in other for other in said)]
+
+
+def suspicion_sentences(diagnosis: Diagnosis) -> list[str]:
+    """Sentences on suspected mistakes in the input."""
+    runs = (*diagnosis.runs, *diagnosis.held_out)
+    return [f"{CHECK_FIRST}: {full(suspicion, runs)}" for suspicion in diagnosis.suspicions]
 
 
 def full(words: str, runs: Sequence[str]) -> str:

@@ -11,7 +11,7 @@ from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Finding
 from ..improved.improved import FOUND
 from .importance import Residuals, clearest_joint, important, residuals
-from .limits import departure_sentence, full
+from .limits import departure_sentence, suspicion_sentences
 from .measures import slides
 from .naming import effect_words, joined, joint_words, joints_words, lower
 from .sentences import dependence, moment_sentence, possible, sentence, span, undecided_sentence
@@ -37,8 +37,8 @@ def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
 def _cause(diagnosis: Diagnosis, first: Finding | None) -> str:
     if diagnosis.adequacy is not None and diagnosis.adequacy.failing:
         return _inadequate(diagnosis, diagnosis.adequacy)
-    if diagnosis.suspicions:
-        return f"{CHECK_FIRST}: {full(diagnosis.suspicions[0], (*diagnosis.runs, *diagnosis.held_out))}"
+    if _doubtful(diagnosis):
+        return suspicion_sentences(diagnosis)[0]
     if first is not None:
         return finding_sentence(diagnosis, first)
     if diagnosis.beliefs is not None and diagnosis.beliefs.departures:
@@ -64,6 +64,11 @@ def _nothing(diagnosis: Diagnosis) -> str:
             within = ", with parameters and drive gains within their tolerances" if diagnosis.beliefs else ""
             return f"Nothing is missing{within}: the residual of every joint is at the noise floor."
     return f"No missing effect is certain: {cause}."
+
+
+def _doubtful(diagnosis: Diagnosis) -> bool:
+    """Whether a mistake in the input is suspected, and adequacy was not asked, which decides otherwise."""
+    return bool(diagnosis.suspicions) and diagnosis.adequacy is None
 
 
 def finding_sentence(diagnosis: Diagnosis, finding: Finding) -> str:
@@ -115,7 +120,7 @@ def _improvement(diagnosis: Diagnosis, first: Finding | None) -> str:
         f"{after} {diagnosis.torque_units[joint]} ({change_words(ratios[joint])})"
     )
     if count > 1:
-        text += f"; all {count} joints on average: {change_words(float(np.exp(np.mean(np.log(ratios)))))}"
+        text += f"; all joints on average: {change_words(float(np.exp(np.mean(np.log(ratios)))))}"
     worse = [other for other in range(count) if ratios[other] > WORSE]
     if worse:
         text += f"; {joints_words(worse, diagnosis.joints)} up to {change_words(float(np.max(ratios)))}"
@@ -142,7 +147,7 @@ def _next(diagnosis: Diagnosis, first: Finding | None, folder: str) -> str:
     """The command that helps most: check the input, hold out a run, decide, look, or identify."""
     path = f"{folder}/" if folder else ""
     failing = diagnosis.adequacy.failing if diagnosis.adequacy is not None else ()
-    if len(failing) > 1 or (diagnosis.suspicions and not failing):
+    if len(failing) > 1 or _doubtful(diagnosis):
         return CHECK
     if failing or (first is None and diagnosis.remainders):
         return f"Next: exidyn view {path}diagnosis.json, which shows where and when the residual is large."
