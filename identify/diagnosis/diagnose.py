@@ -35,11 +35,7 @@ from .search.once import moments
 from .search.search import SearchResult
 from .words.measures import in_units_of_joints, torque_units
 
-SMOOTH = (
-    "The signals were smoothed before they were recorded: the noise of the motion is unknown, and the "
-    "residual may be what the filter removed. Runs are compared up to {:.3g} Hz. Record the signals of the "
-    "drive without a filter."
-)
+SMOOTH = "the signals were smoothed, so noise is unknown: runs are compared up to {:.3g} Hz"
 
 
 # Threads of linear algebra would only wait for one another in thousands of small systems.
