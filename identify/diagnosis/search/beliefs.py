@@ -61,8 +61,11 @@ def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Bel
 
 def with_tolerance(model: Model, tolerance: float | None) -> Model:
     """The model with this relative standard deviation of its inertias; None for free ones."""
-    fields = {"inertial_tolerance": FREE if tolerance is None else tolerance}
-    return replace(model, robot=replace(model.robot, **fields, inertias_stated=tolerance is not None))
+    stated = tolerance is not None
+    robot = replace(
+        model.robot, inertial_tolerance=FREE if tolerance is None else tolerance, inertias_stated=stated
+    )
+    return replace(model, robot=robot)
 
 
 def _checked(
