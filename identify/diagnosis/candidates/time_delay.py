@@ -115,7 +115,7 @@ def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPo
     common = _long((), delay, 1.0, between)
 
     def columns(run: Driven) -> np.ndarray:
-        deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)
+        deviations = (-torque_rate(run)[:, :, None] * np.eye(run.torque.shape[1]))[:, :, drives]
         # Deviations are relative to their mean, since what they share is the common delay.
         return np.concatenate(
             [common.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2

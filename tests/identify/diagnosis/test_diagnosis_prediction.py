@@ -106,7 +106,7 @@ def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case
     prediction = predicted(given, pieces)
     [answer] = ask(prediction, [pair])
     exact, with_it = errors(prediction, pair)
-    np.testing.assert_allclose(answer.errors, exact, rtol=1e-5)
+    np.testing.assert_allclose(answer.errors, exact, rtol=1e-5, atol=1e-11)
     np.testing.assert_allclose(answer.values, brute(prediction, -1, pair)[0][UNKNOWNS:], rtol=1e-5)
     before, without = errors(prediction)
     np.testing.assert_allclose(answer.predicted, before, rtol=1e-5)
