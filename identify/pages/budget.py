@@ -94,8 +94,9 @@ def budget_section(shown: Shown) -> Section:
     fitted = "fitted runs, each block predicted by the others"
     source = f"held out: {', '.join(budget.held_out)}" if budget.held_out else fitted
     note = (
-        "The baseline is the model without findings, with parameters and drive gains fitted within their "
-        f"tolerances ({source}; root mean square). The square of its residual is divided among its causes."
+        "The baseline is the model without findings, fitted within its tolerances, with drive gains only if "
+        f"there is a known payload ({source}; root mean square). The square of its residual is divided among "
+        "its causes."
     )
     plot = (
         "Each bar is 100 % of the squared baseline residual of a joint. Findings have cold colors. Parts "

@@ -78,7 +78,7 @@ def _fitted(eliminated: Eliminated, alike: Sequence[tuple[Candidate, Thinned]]) 
     prediction = eliminated.prediction
     limited = eliminated.whitened @ prediction.root[:, prediction.rows.limited]
     fits = fitted(eliminated.matrix, eliminated.right, alike)
-    fits = within_limits(prediction, limited, eliminated.matrix, [columns for _, columns in alike], fits)
+    fits = within_limits(prediction, limited, eliminated.matrix, alike, fits)
     # Information on the coefficients from priors of the model, beyond that from blocks.
     informed = gram(eliminated.products @ prediction.root_of_blocks.T) - gram(eliminated.whitened)
     change = eliminated.decrease(fits.values)

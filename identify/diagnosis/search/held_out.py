@@ -6,8 +6,6 @@ import numpy as np
 from scipy import stats
 
 from ..blocks.block_likelihood import above_zero, all_or_nothing
-from ..candidates import dependence_of
-from ..findings.residuals import Hinted
 from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
 from ..questions.comparison import relative_change
 from .problem import Problem
@@ -19,34 +17,26 @@ FEW = 3
 """Fewest blocks whose scatter says anything about an effect."""
 
 
-def hints(answers: Sequence[Answer], total: float) -> tuple[Hinted, ...]:
-    """Best hypothesis for each joint that held-out runs support and fitted blocks do not contradict.
+def shown_by_held_out(answers: Sequence[Answer], total: float) -> list[Selected]:
+    """Best hypothesis for each joint that held-out runs show and fitted blocks do not contradict.
+
+    These findings are unproven: fitted blocks do not decide them.
 
     Args:
         answers: Answers with all findings in the model.
         total: Sum of the prior weights of all hypotheses.
     """
-    best: dict[int, tuple[float, Hinted]] = {}
+    best: dict[int, tuple[float, Answer]] = {}
     for answer in answers:
-        undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief and answer.gain < CERTAIN_ODDS
-        odds, hint = odds_held_out(answer, total), _hint(answer)
-        held = ~answer.fitted, hint.joint
-        excludes_zero = explains(answer.predicted[held], answer.errors[held])
+        undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief
+        odds, held = odds_held_out(answer, total), ~answer.fitted
+        joint = int(np.argmax(answer.gains[held].sum(axis=0))) if np.any(held) else 0
+        excludes_zero = explains(answer.predicted[held, joint], answer.errors[held, joint])
         supported = odds > CERTAIN_ODDS and undecided and excludes_zero
-        if supported and odds > best.get(hint.joint, (-np.inf,))[0]:
-            best[hint.joint] = odds, hint
-    return tuple(best[joint][1] for joint in sorted(best))
-
-
-def _hint(answer: Answer) -> Hinted:
-    """An effect as held-out runs show it, on the joint that shows it best."""
-    held_out, candidate = ~answer.fitted, answer.candidate
-    joint = int(np.argmax(answer.gains[held_out].sum(axis=0)))
-    change, std = relative_change(answer.predicted[held_out, joint], answer.errors[held_out, joint])
-    depends_on = dependence_of(candidate) or candidate.effect
-    return Hinted(
-        candidate.effect, joint, depends_on, float(answer.gain), float(answer.held_out), change, std
-    )
+        if supported and odds > best.get(joint, (-np.inf,))[0]:
+            best[joint] = odds, answer
+    chosen = {id(answer): (odds, answer) for odds, answer in best.values()}.values()
+    return [Selected(answer, odds, proven=False) for odds, answer in chosen]
 
 
 def odds_held_out(answer: Answer, total: float) -> float:
@@ -66,20 +56,15 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
     """The findings, each marked by whether its effect on fitted blocks and on held-out runs excludes zero.
 
     Only what it explains beyond all other findings counts, on the joint that shows it best. A finding is also
-    proven if nominal values could only replace it by being far off. A finding that is neither proven nor made
-    credible by held-out runs is removed: it would shift the values of the others and explain nothing.
+    proven if nominal values could only replace it by being far off.
     """
-
-    def is_proven(finding: Selected) -> bool:
-        stated = not finding.predicts_held_out or finding.answer.relief > CERTAIN_ODDS
-        return stated or _excludes_zero(problem, selected, finding)
-
-    judged = [finding._replace(proven=is_proven(finding)) for finding in selected]
-    no_held_out = bool(np.all(problem.blocks.fitted))
     return [
-        finding
-        for finding in judged
-        if finding.proven or no_held_out or finding.answer.held_out > CERTAIN_ODDS
+        finding._replace(
+            proven=not finding.predicts_held_out
+            or finding.by_priors
+            or _excludes_zero(problem, selected, finding)
+        )
+        for finding in selected
     ]
 
 

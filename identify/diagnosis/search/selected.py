@@ -40,6 +40,11 @@ class Selected(NamedTuple):
         return not self.once and not self.answer.candidate.by_run
 
     @property
+    def by_priors(self) -> bool:
+        """Whether it is credible because nominal values would otherwise be far off."""
+        return self.answer.relief > CERTAIN_ODDS
+
+    @property
     def _weights(self) -> np.ndarray:
         """Relative probabilities of "no effect", of this effect (1) and of its rivals, (2 + m,)."""
         return np.exp(-np.clip([self.odds, 0.0, *(odds for _, odds in self.others)], -700.0, 700.0))
