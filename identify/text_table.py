@@ -13,7 +13,7 @@ page_width = ContextVar("page_width", default=WIDTH)
 """Width of the pages of this command; a command sets that of its terminal."""
 INDENT = 2
 """Width reserved for callers that indent a table, in characters."""
-TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b| ?-> ")
+TOGETHER = re.compile(r" x (its )?noise| %|\bN m\b| ?-> | ± ")
 """Texts inside which no line is broken."""
 TIME = re.compile(r"(?<=\d) (?=s\b)")
 """Space between a time and its unit."""
@@ -150,7 +150,7 @@ def _wrapped(rows: Sequence[Sequence[str]], column: int, count: int, width: int)
         if len(row) != count:
             wrapped.append(row)
             continue
-        first, *more = textwrap.wrap(row[column], width, break_on_hyphens=False) or [""]
+        first, *more = _wrap(row[column], width) or [""]
         wrapped.append([*row[:column], first, *row[column + 1 :]])
         wrapped += [[line if place == column else "" for place in range(count)] for line in more]
     return wrapped
@@ -198,7 +198,9 @@ def _folded(heads: Sequence[str], cells: Sequence[int]) -> list[list[str]]:
     return [
         [
             line.replace(STAYS, " ")
-            for line in textwrap.wrap(TIME.sub(STAYS, head), narrowest[kind], break_long_words=False)
+            for line in textwrap.wrap(
+                TIME.sub(STAYS, head), narrowest[kind], break_long_words=False, break_on_hyphens=False
+            )
         ]
         for head, kind in zip(heads, kinds, strict=True)
     ]
@@ -209,11 +211,15 @@ def paragraph(text: str, indent: str = "", first: str | None = None, narrower: i
 
     Lines are shorter than the page by `narrower` characters.
     """
-    opening = indent if first is None else first
+    return _wrap(text, page_width.get() - narrower, indent, indent if first is None else first)
+
+
+def _wrap(text: str, width: int, indent: str = "", first: str = "") -> list[str]:
+    """Lines of a text, with numbers and units together."""
     lines = textwrap.wrap(
         TOGETHER.sub(lambda match: match[0].replace(" ", STAYS), text),
-        page_width.get() - narrower,
-        initial_indent=opening,
+        width,
+        initial_indent=first,
         subsequent_indent=indent,
         break_long_words=False,
         break_on_hyphens=False,

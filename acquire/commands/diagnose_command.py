@@ -13,7 +13,7 @@ from exidyn.identification.document.text import text
 from exidyn.identification.errors import ExidynError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.notebook import counted
-from exidyn.identification.pages.diagnosis_document import diagnosis_document
+from exidyn.identification.pages.diagnosis_document import brief, diagnosis_document
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
@@ -47,6 +47,7 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
         output_option("FOLDER", Path("exidyn-diagnosis")),
         JSON,
         AS_RECORDED,
+        Option("--full", "print the whole page, not only its verdict"),
         Option("--quick", "skip the simulation and fit.json, which take a while"),
     ),
     """A recording may state its role (identify, slow, payload, validate); runs after
@@ -73,7 +74,7 @@ def diagnose_command(args: Namespace) -> Result:
         fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
         written = write_diagnosis(diagnosis, simulated, fit, args.output)
     shown = Shown.of(diagnosis, str(args.output), simulated)
-    page = text(diagnosis_document(shown))
+    page = text((diagnosis_document if args.full else brief)(shown))
     return Result(page, as_json(shown.diagnosis, str(args.output)), written)
 
 

@@ -79,7 +79,7 @@ RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", po
         "exidyn init log.csv --robot arm.urdf",
         "exidyn init runs/*.csv --robot arm.xml -o arm/robot.toml",
         "exidyn init --driver can_mit > cell.toml",
-        "exidyn init --driver kuka_rsi --for-host 172.31.1.10 > RSI_EthernetConfig.xml",
+        "exidyn init --driver kuka_rsi --for 172.31.1.10 > RSI_EthernetConfig.xml",
     ),
     (
         LOGS,
@@ -99,7 +99,7 @@ RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", po
                     alone="",
                 ),
                 Option(
-                    "--for-host ADDRESS",
+                    "--for ADDRESS",
                     "instead the file with which the controller finds this host, if it needs one (kuka_rsi: "
                     "RSI_EthernetConfig.xml)",
                     dest="address",

@@ -7,6 +7,7 @@ import numpy as np
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identification.diagnosis.words.importance import clearest_joint
 from exidyn.identification.diagnosis.words.naming import effect_words, joint_words, lower
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.text_table import digits
@@ -80,7 +81,7 @@ def suspects(shown: Shown) -> list[Suspect]:
     diagnosis = shown.diagnosis
     findings = zip(shown.finding_names, diagnosis.all_findings, strict=True)
     entries: list[tuple[str, str, int, int | None]] = [
-        (name, effect_words(finding.effect), _clearest_joint(shown, place), place)
+        (name, effect_words(finding.effect), clearest_joint(diagnosis, finding), place)
         for place, (name, finding) in enumerate(findings)
     ]
     for remainder in diagnosis.remainders:
@@ -91,12 +92,6 @@ def suspects(shown: Shown) -> list[Suspect]:
         Suspect(name, short, joint, place, SUSPECTS[number % len(SUSPECTS)])
         for number, (name, (_, short, joint, place)) in enumerate(zip(names, entries, strict=True))
     ]
-
-
-def _clearest_joint(shown: Shown, place: int) -> int:
-    """Index of the joint on which a finding's torque is largest over the noise floor."""
-    squares = sum(np.sum((trace.explained[place] * trace.weight) ** 2, axis=0) for trace in shown.traces)
-    return int(np.argmax(squares / shown.noise**2))
 
 
 def windowed_rms(time: np.ndarray, over_noise: np.ndarray, weight: np.ndarray) -> np.ndarray:

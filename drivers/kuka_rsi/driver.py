@@ -71,7 +71,7 @@ class KukaRsi(Driver):
             IPv4Address(address)
         except ValueError:
             raise BadSettings(
-                f"--for-host {address}: expected this computer's IPv4 address, such as 172.31.1.10"
+                f"--for {address}: expected this computer's IPv4 address, such as 172.31.1.10"
             ) from None
         return config_text(standard_config(address))
 

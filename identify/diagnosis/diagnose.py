@@ -21,6 +21,7 @@ from .findings.finding import Finding
 from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
+from .results.adequacy import gated
 from .results.baseline import baselines
 from .results.budget import NOISE, budget, changes, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
@@ -34,11 +35,7 @@ from .search.once import moments
 from .search.search import SearchResult
 from .words.measures import in_units_of_joints, torque_units
 
-SMOOTH = (
-    "The signals were smoothed before they were recorded: the noise of the motion is unknown, and the "
-    "residual may be what the filter removed. Runs are compared up to {:.3g} Hz. Record the signals of the "
-    "drive without a filter."
-)
+SMOOTH = "the signals were smoothed, so noise is unknown: runs are compared up to {:.3g} Hz"
 
 
 # Threads of linear algebra would only wait for one another in thousands of small systems.
@@ -89,7 +86,7 @@ def diagnose(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(result.problem.runs[0].prepared.decimation.cutoff)]
     noise = np.sqrt(result.problem.rows.row_variance(noise**2))
-    result = beside_unnamed(result, answers, noise)
+    result, fit = gated(beside_unnamed(result, answers, noise))
     steps = [*baselines(result), result.prediction]
     proof = evidence(result, steps[0], noise)
     spread, named = with_shapes(result), sum(finding.named for finding in result.selected)
@@ -122,6 +119,7 @@ def diagnose(
         seconds=time.monotonic() - began,
         tried=result.problem.tried,
         beliefs=beliefs,
+        adequacy=fit,
         evidence=proof,
     )
     return _with_held_out(diagnosis, proof, result.problem.held_out)

@@ -168,8 +168,7 @@ OVERLAP = 0.5
 def repeated_motions(used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
     """A warning for each held-out run that repeats the motion of a fitted run with the same payload."""
     return [
-        f"{run.name} repeats the motion of {other.name}, so a good prediction shows only that the arm "
-        "repeats its motion, not that the model is valid for other motions. Hold out a different motion"
+        f"{run.name} repeats the motion of {other.name} and proves little: hold out another motion"
         for run in held_out
         for other in used
         if run.motion.payload == other.motion.payload and _difference(run, other) < ALIKE

@@ -3,12 +3,11 @@
 import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis, Simulated
-from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
-from ..diagnosis.words.measures import left_out_words, rows_head, size_rows
-from ..diagnosis.words.naming import change_names, effect_words
-from ..diagnosis.words.sentences import direction, span
+from ..diagnosis.words.limits import warnings
+from ..diagnosis.words.measures import left_out_words
+from ..diagnosis.words.naming import capital, change_names, effect_words
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -25,9 +24,10 @@ from ..document.document import (
 )
 from ..document.html import html
 from ..document.text import text
-from ..text_table import NORMAL_95, digits, fixed, percent
-from .budget import budget_section, located_section
+from ..text_table import NORMAL_95, digits, fixed
+from .budget import budget_section
 from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
+from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .shown import Shown
 
@@ -51,10 +51,21 @@ def diagnosis_document(shown: Shown) -> Document:
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
         ("Search time", f"{diagnosis.seconds:.1f} s, reading files and simulation not counted"),
     ]
-    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), *gained_blocks(shown)])
-    budget, *below = detail_sections(shown)
-    sections = [opening, located_section(shown), budget, *below, simulation_section(shown)]
+    sections = [
+        Section("verdict", "Verdict", verdict_blocks(shown)),
+        Section("held_out", "Held-out residual by joint, root mean square", gained_blocks(shown)),
+        *detail_sections(shown),
+        simulation_section(shown),
+    ]
     return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
+
+
+def brief(shown: Shown) -> Document:
+    """The document with its verdict alone, and where the rest is."""
+    document = diagnosis_document(shown)
+    opening = document.sections[0]
+    rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
+    return document._replace(sections=[opening._replace(blocks=[*opening.blocks, rest])], facts=())
 
 
 def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -68,24 +79,27 @@ def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: st
 
 
 def detail_sections(shown: Shown) -> list[Section]:
-    """All sections below the verdict, the budget first."""
+    """All sections below the verdict, the residual by cause first."""
     note = "The effects exist, but the runs do not determine their names. Plots show the fitted hypothesis."
     diagnosis, first = shown.diagnosis, len(shown.diagnosis.findings)
     return [
         budget_section(shown),
-        Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0), True),
-        Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first), True),
+        Section("parameters", "Parameters of the findings", _parameters(shown)),
+        Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
+        Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
         Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("moments", "Moments: times at which a run differs from the model", _moments(shown)),
         Section("candidates", "Effect of each candidate alone", _changes(shown)),
         Section("joints", "Every joint", every_joint(shown), True),
-        Section("data", "Runs and their limitations", _data(shown), True),
     ]
 
 
 def verdict_blocks(shown: Shown) -> list[Block]:
-    """Verdict as sentences, and a table of all findings."""
-    return [Statements(verdict(shown.diagnosis, shown.folder), "verdict"), *_findings_table(shown)]
+    """Three sentences, the table of findings, and warnings."""
+    diagnosis, said = shown.diagnosis, verdict(shown.diagnosis, shown.folder)
+    limits = warnings(diagnosis, said)
+    blocks: list[Block] = [Statements(said, "verdict"), findings_table(diagnosis)]
+    blocks.append(Paragraph(GAIN.format(capital(gain_title(diagnosis)))))
+    return [*blocks, *([Heading("Warnings"), Statements(limits)] if limits else [])]
 
 
 def gained_blocks(shown: Shown) -> list[Block]:
@@ -98,7 +112,6 @@ def gained_blocks(shown: Shown) -> list[Block]:
     picture = _bars(shown, before, after, shown.noise, "residual")
     remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
     return [
-        Heading("Held-out residual by joint, root mean square"),
         _joint_table(shown, before, after),
         Grid([Figure(title, remark, picture), *_map(shown)]),
     ]
@@ -146,59 +159,22 @@ def _map(shown: Shown) -> list[Block]:
     ]
 
 
-def _findings_table(shown: Shown) -> list[Block]:
+def _parameters(shown: Shown) -> list[Block]:
     """One row per determined parameter, undecided findings last; empty without findings."""
     rows: list[list[Cell]] = []
     reasons: list[str] = []
-    findings = shown.diagnosis.findings
     for name, finding in zip(shown.finding_names, shown.diagnosis.all_findings, strict=True):
-        mark = "" if finding in findings else ", undecided"
-        score = "" if np.isnan(finding.held_out) else f", held-out score {digits(finding.held_out, 3)}"
-        certainty = f"  probability {percent(finding.probability, 3)}{score}"
-        rows += [[f"{name}{mark}"], [certainty], *_numbers(shown, finding)]
+        score = "" if np.isnan(finding.held_out) else f" (held-out score {digits(finding.held_out, 3)})"
+        rows.append([f"{name}{score}"])
+        rows += [
+            [f"  {parameter}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
+            for parameter, q in finding.determined.items()
+        ]
         reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out).values() if words]
     if not rows:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(reasons)] if reasons else []), Paragraph(HELD_OUT)]
-
-
-def _numbers(shown: Shown, finding: Finding) -> list[list[Cell]]:
-    """Rows of the determined parameters, and of the torque if a parameter is not determined."""
-    rows: list[list[Cell]] = [
-        [f"  {name}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
-        for name, q in finding.determined.items()
-    ]
-    if (size := finding.size) is not None and finding.left_out:
-        unit = shown.diagnosis.torque_units[size.joint]
-        rows.append([f"  {rows_head(size, shown.diagnosis)}"])
-        rows += [
-            [f"    {words}", Number(torque), Number(NORMAL_95 * std, 2), unit]
-            for words, torque, std in size_rows(size, shown.diagnosis)
-        ]
-    return rows
-
-
-def _moments(shown: Shown) -> list[Block]:
-    rows: list[list[Cell]] = [
-        [
-            moment.run,
-            span(moment),
-            ", ".join(str(joint + 1) for joint in moment.joints),
-            Number(moment.force, 3),
-            direction(moment),
-        ]
-        for moment in shown.diagnosis.moments
-    ]
-    if not rows:
-        return []
-    note = (
-        "Time windows in which a run, fitted or held out, differs from the model as at no other time. The "
-        "force on the flange that explains most of the difference is given in the axes of the base; a single "
-        "joint does not determine it."
-    )
-    head = ["run", "time", "joints", "force [N]", "direction"]
-    return [Paragraph(note), Table(head, rows, words=(1, 2, 4))]
 
 
 def _changes(shown: Shown) -> list[Block]:
@@ -264,12 +240,3 @@ def _gained(before: np.ndarray, after: np.ndarray, noise: np.ndarray) -> int:
     with np.errstate(over="ignore", invalid="ignore"):
         gains = (before**2 - after**2) / noise**2
     return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))
-
-
-def _data(shown: Shown) -> list[Block]:
-    diagnosis = shown.diagnosis
-    runs = f"Fitted: {', '.join(diagnosis.runs)}; held out: {', '.join(diagnosis.held_out) or 'none'}."
-    return [
-        Paragraph(runs),
-        Statements(diagnosis.warnings or ("Nothing about the recordings limits the result.",)),
-    ]

@@ -7,12 +7,13 @@ from ..diagnosis.candidates import kind_of
 from ..diagnosis.findings.axes import AXES
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.finding import Finding
+from ..diagnosis.words.details import details
+from ..diagnosis.words.importance import clearest_joint
 from ..diagnosis.words.measures import size_words
-from ..diagnosis.words.naming import capital, named
+from ..diagnosis.words.naming import capital
 from ..diagnosis.words.sentences import dependence
-from ..diagnosis.words.verdict import certainty, headline, left_on, undecided
-from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph, Table
-from ..text_table import percent
+from ..diagnosis.words.verdict import verdict
+from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph
 from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
 from .shown import Shown
 
@@ -32,26 +33,19 @@ def findings_blocks(shown: Shown, note: str, findings: Sequence[Finding], first:
     """Words and plots of findings; `first` is the index of the first one among all findings."""
     if not findings:
         return []
-    blocks: list[Block] = [Paragraph(note if shown.traces else WITHOUT)]
+    blocks: list[Block] = [Paragraph(note if shown.traces else WITHOUT, "plot")]
+    said = verdict(shown.diagnosis, shown.folder)[0]
     for place, finding in enumerate(findings, first):
-        texts = filter(None, _words(shown, finding))
-        blocks += [Heading(shown.finding_names[place]), *(Paragraph(words, "") for words in texts)]
+        words = " ".join(line for line in details(shown.diagnosis, finding, shown.folder) if line != said)
+        blocks += [Heading(shown.finding_names[place]), Paragraph(words, "")]
         axes = kind_of(finding.effect).drawn_against or USUAL[:2]
         size_sentence, size_figure = _size(shown.diagnosis, finding)
-        plots = _plots(without(shown, place), shown.clearest_joint(finding), axes)
+        plots = _plots(without(shown, place), clearest_joint(shown.diagnosis, finding), axes)
         figures = [figure for figure in (*plots[:1], size_figure) if figure is not None]
-        blocks += [*size_sentence, Grid(figures), _alternatives(shown, finding)]
+        blocks += [*size_sentence, Grid(figures)]
         if plots[1:]:
             blocks.append(Folded("More plots of this joint", [Grid(plots[1:], "three")]))
     return blocks
-
-
-def _words(shown: Shown, finding: Finding) -> tuple[str, ...]:
-    """Headline and certainty of a finding; its hypotheses if it is undecided."""
-    diagnosis, folder = shown.diagnosis, shown.folder
-    if finding in diagnosis.undecided:
-        return (undecided(diagnosis, finding, folder),)
-    return headline(diagnosis, finding), certainty(diagnosis, finding, folder)
 
 
 def _size(diagnosis: Diagnosis, finding: Finding) -> tuple[list[Paragraph], Figure | None]:
@@ -92,25 +86,12 @@ def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Figure]:
     return figures
 
 
-def _alternatives(shown: Shown, finding: Finding) -> Block:
-    if not finding.alternatives:
-        return Paragraph("No other effect that exidyn knows explains this as well.")
-    rows = [
-        [named(other.effect, other.joints, shown.diagnosis.joints), percent(other.probability)]
-        for other in finding.alternatives
-    ]
-    return Table(["not excluded", "probability"], rows)
-
-
 def unexplained_blocks(shown: Shown) -> list[Block]:
-    """Residuals that no known effect explains."""
+    """Plots of residuals that no known effect explains."""
     blocks: list[Block] = []
     for remainder in shown.diagnosis.remainders:
-        words = (
-            f"{shown.names[remainder.joint]} keeps a residual of {left_on(remainder, shown.diagnosis)}; "
-            f"{dependence(remainder.depends_on)} (probability {percent(remainder.probability, 3)})."
-        )
-        blocks += [Paragraph(words, ""), Grid(_plots(shown, remainder.joint, USUAL), "three")]
+        title = f"{shown.names[remainder.joint]}: {dependence(remainder.depends_on)}"
+        blocks += [Heading(title), Grid(_plots(shown, remainder.joint, USUAL), "three")]
     return blocks
 
 

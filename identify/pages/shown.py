@@ -7,11 +7,10 @@ import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.evidence import Trace
-from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.improved.improved import with_files
+from ..diagnosis.words.importance import residuals
 from ..diagnosis.words.naming import finding_names, joint_words
-from ..diagnosis.words.verdict import before_and_after
 from ..model import Model
 
 
@@ -68,12 +67,5 @@ class Shown(NamedTuple):
     @property
     def residuals(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Held-out residuals of the baseline and with findings; None without held-out runs."""
-        return before_and_after(self.diagnosis)
-
-    def clearest_joint(self, finding: Finding) -> int:
-        """Index of the affected joint whose residual improves most."""
-        if self.residuals is None:
-            return int(np.argmax(finding.torque_rms))
-        before, after = self.residuals
-        gained = (before - after) / self.noise
-        return int(np.argmax(np.where(finding.torque_rms > 0.0, gained, -np.inf)))
+        known = residuals(self.diagnosis)
+        return known[:2] if known is not None and known.held_out else None

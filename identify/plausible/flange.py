@@ -78,7 +78,7 @@ def _fitted(columns: np.ndarray, prediction: BlockPrediction, log: Sampled) -> t
     n, count = effort.shape[1], prediction.terms.shape[2]
     level = np.sqrt(np.maximum(prediction.coupled(log.effort), 1e-6)) * effort.std(axis=0)
     blocks = []
-    for j in range(n):
+    for j in np.flatnonzero(level):  # a constant effort was not measured
         terms = np.zeros((len(effort), n * count))
         terms[:, j * count : (j + 1) * count] = prediction.terms[j]
         bodies = columns[:, j] * sliding[:, j : j + 1]

@@ -34,3 +34,10 @@ class Adequacy:
     pooled_share: Real
     failing: tuple[int, ...]
     misfits: tuple[Misfit, ...] = ()
+
+    def fails(self, joints: tuple[int, ...]) -> bool:
+        """Whether no effect is named on these joints, from 0; none for an effect on the whole arm.
+
+        All joints share the bodies: if several joints fail, the bodies of no joint can be trusted.
+        """
+        return len(self.failing) > 1 or bool(self.failing and (not joints or set(joints) & set(self.failing)))

@@ -14,7 +14,7 @@ from .adequacy import Adequacy
 from .beliefs import Beliefs
 from .evidence import Evidence
 from .finding import Finding
-from .residuals import Budget, Change, Hinted, Located, Remainder
+from .residuals import Budget, Change, Located, Remainder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -60,7 +60,6 @@ class Diagnosis(InNotebook):
         moments: Times at which a run differs from the model as at no other.
         changes: Change of the residual by each candidate alone.
         located: Residual of every joint by the quantity on which it depends.
-        hints: Effects that held-out runs show and fitted runs do not.
         budget: Residual of every joint by cause; None for a diagnosis without a budget.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
@@ -92,7 +91,6 @@ class Diagnosis(InNotebook):
     moments: tuple[Moment, ...] = ()
     changes: tuple[Change, ...] = ()
     located: tuple[Located, ...] = ()
-    hints: tuple[Hinted, ...] = ()
     budget: Budget | None = None
     noise: np.ndarray
     noise_measured_at_rest: bool = False

@@ -75,17 +75,3 @@ class Located:
     probability: float | None
     # Index of the finding that explains it, undecided ones behind the others; None without any.
     finding: int | None
-
-
-@dataclass(frozen=True)
-class Hinted:
-    """An effect that held-out runs show and fitted runs do not contradict; only a fitted run can name it."""
-
-    effect: str  # name in the vocabulary
-    joint: int  # index of the joint that shows it best in the held-out runs, from 0; in files from 1
-    depends_on: str  # quantity on which it depends; see `Located`
-    gain: Real  # log likelihood ratio of the fitted blocks with and without it
-    gain_held_out: Real  # log likelihood ratio of the held-out runs, predicted by the fitted blocks
-    # Relative change of the joint's squared residual in the held-out runs [-]; negative is better.
-    change: Real
-    std: Real  # standard deviation of that change over blocks [-]

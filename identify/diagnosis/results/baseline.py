@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..blocks.blocks import BlockSums
+from ..blocks.blocks import BlockRows
 from ..blocks.prediction import Prediction
 from ..runs.rows import GAIN, Rows
 from ..search.problem import with_findings
@@ -26,7 +26,7 @@ def baselines(result: SearchResult) -> Iterator[Prediction]:
     start, answers = result.without_findings, answers_of(result.selected)
     rows = _of_model(start.rows, len(result.problem.model.names))
     rows = replace(rows, weight=result.prediction.rows.weight)
-    count, sums = len(rows.names), BlockSums.of(rows, start.blocks)
+    count, sums = len(rows.names), BlockRows.of(rows, start.blocks)
     for number in range(len(answers) + 1):
         extended = with_findings(rows, answers[:number])
         sums = sums.plus(extended, count)
@@ -43,7 +43,7 @@ def _of_model(rows: Rows, count: int) -> Rows:
     return replace(rows, columns=rows.columns[:, :, places], names=named, **fields)
 
 
-def _weighted(start: Prediction, rows: Rows, sums: BlockSums) -> Prediction:
+def _weighted(start: Prediction, rows: Rows, sums: BlockRows) -> Prediction:
     """Prediction whose joints are weighted by their residuals, and all fitted blocks alike."""
     fitted = start.blocks.fitted[start.blocks.number]
     total = np.maximum(rows.weight[fitted].sum(axis=0), 1.0)
@@ -51,6 +51,7 @@ def _weighted(start: Prediction, rows: Rows, sums: BlockSums) -> Prediction:
     weighting = replace(start.weighting, trust=alike)
     for _ in range(TURNS):
         prediction = Prediction(rows, start.blocks, start.rate, sums, weighting)
-        variance = np.sum(sums.residual(prediction.values)[fitted] ** 2, axis=0) / total
+        residual = sums.residual(prediction.values)[start.blocks.fitted]
+        variance = np.sum(residual**2, axis=(0, 2)) / total
         weighting = replace(weighting, variance=rows.row_variance(variance + 1e-30))
     return Prediction(rows, start.blocks, start.rate, sums, weighting)

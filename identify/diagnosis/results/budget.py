@@ -1,7 +1,6 @@
 """Budget: causes of the baseline residual, its dependences, and its change by each candidate alone."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -86,32 +85,21 @@ LEAST = 0.01
 def located(
     budget: Budget, selected: Sequence[Selected], remainders: Sequence[Remainder]
 ) -> tuple[Located, ...]:
-    """Rows by joint, the largest share first; findings with the same dependence share a row."""
+    """Rows by joint, the largest share first; a finding has rows on the joints on which it acts."""
     known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
-    rows: list[Located] = []
-    for joint in range(len(budget.before_rms)):
-        parts: dict[str, Located] = {}
-        for share in budget.shares:
-            size, place = float(share.percent[joint]) / 100.0, share.finding
-            if place is None:
-                part = Located(joint, share.kind, size, known.get((joint, share.kind)), None)
-            else:
-                finding = selected[place]
-                depends_on = dependence_of(finding.answer.candidate) or finding.answer.candidate.effect
-                probability = finding.dependence_probability if finding.proven else None
-                part = Located(joint, depends_on, size, probability, place)
-            parts[part.depends_on] = _together(parts.get(part.depends_on), part)
-        large = [part for part in parts.values() if part.share >= LEAST]
-        rows += sorted(large, key=lambda part: -part.share)
-    return tuple(rows)
-
-
-def _together(row: Located | None, part: Located) -> Located:
-    """The row with one more part; finding and probability are those of the likelier part."""
-    if row is None:
-        return part
-    likelier = max(row, part, key=lambda either: either.probability or 0.0)
-    return replace(likelier, share=row.share + part.share)
+    rows = []
+    for share in budget.shares:
+        acts_on, depends_on, sure = range(len(share.percent)), share.kind, None
+        if share.finding is not None:
+            finding = selected[share.finding]
+            candidate, acts_on = finding.answer.candidate, finding.answer.columns.joints
+            depends_on = dependence_of(candidate) or candidate.effect
+            sure = finding.dependence_probability if finding.proven else None
+        for joint in acts_on:
+            if (size := float(share.percent[joint]) / 100.0) >= LEAST:
+                probability = known.get((joint, depends_on)) if share.finding is None else sure
+                rows.append(Located(joint, depends_on, size, probability, share.finding))
+    return tuple(sorted(rows, key=lambda row: (row.joint, -row.share)))
 
 
 MOST = 20

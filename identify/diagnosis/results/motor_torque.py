@@ -68,9 +68,8 @@ def undetermined_gains(result: SearchResult, spread: Spread) -> list[str]:
     if not open_gains:
         return []
     return [
-        f"these runs do not determine the drive gain of {', '.join(open_gains)}: torques and masses there "
-        f"are as uncertain as stated gains are, \N{PLUS-MINUS SIGN} {digits(max(half), 2)} % (95 %). "
-        "A run with a body of known mass on the flange determines them"
+        f"torques of {', '.join(open_gains)} are as uncertain as the gains, \N{PLUS-MINUS SIGN} "
+        f"{digits(max(half), 2)} %: a run with a known payload helps"
     ]
 
 

@@ -79,20 +79,11 @@ def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
     """Warnings about effects that these runs cannot show, and why."""
     warnings = []
     if all(run.role != HELD_OUT for run in runs):
-        warnings.append("no run was held out, so an improved fit proves nothing: give one for validation")
+        warnings.append("no run was held out, so an improved fit proves little")
     if any(np.isnan(run.motion.temperature).any() for run in runs):
-        warnings.append(
-            "temperatures were not recorded: friction that depends on them appears as a change over time, "
-            "or not at all"
-        )
+        warnings.append("temperatures were not recorded: warm friction looks like a change over time")
     if not any(run.motion.payload for run in runs):
-        warnings.append(
-            "no run carries a known payload: without one, errors of drive gains, encoder zeros, masses and "
-            "load-dependent friction are hard to tell apart"
-        )
+        warnings.append("no run has a known payload: errors of gains, zeros and masses look alike")
     if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
-        warnings.append(
-            "the robot file has no drive gains: torques are in amperes, so every prior on masses is wrong. "
-            "Give [drive] gain"
-        )
+        warnings.append("the robot file has no drive gains, so no prior on masses holds: give [drive] gain")
     return warnings

@@ -20,7 +20,7 @@ from ..findings.quantities import SLIDING, TURNING, with_interval
 from ..findings.size import OF_A_CURVE, LeftOut, Point, Size
 from .naming import effect_words, joined
 
-BESIDE = "root mean square, that no other parameter can absorb"
+BESIDE = "other parameters can absorb all of its torque but {} (root mean square)"
 TorqueUnit = Literal["N m", "N"]
 
 
@@ -63,7 +63,7 @@ def size_words(size: Size, diagnosis: Diagnosis) -> str:
     """Torque of a finding as a part of a sentence: at its points, or else its root mean square."""
     unit = diagnosis.torque_units[size.joint]
     if not size.known:
-        return f"it gives {with_interval(size.beside_rms, size.beside_std)} {unit}, {BESIDE}"
+        return BESIDE.format(f"{with_interval(size.beside_rms, size.beside_std)} {unit}")
     axis = AXES[size.over]
     against = " against the motion" if axis.braking else ""
     first, *others = (_place(point, unit_over(size, diagnosis)) for point in size.points)
@@ -77,25 +77,6 @@ def size_words(size: Size, diagnosis: Diagnosis) -> str:
 
 def _place(point: Point, unit: str) -> str:
     return f"{digits(point.at, 2)} {unit} ({point.which})"
-
-
-def size_rows(size: Size, diagnosis: Diagnosis) -> list[tuple[str, float, float]]:
-    """Rows of a table: place, torque and standard deviation of the torque, both in [N m]."""
-    if not size.known:
-        return [("root mean square", size.beside_rms, size.beside_std)]
-    shown, unit = size.points[1 if size.change else 0 :], unit_over(size, diagnosis)
-    return [(_place(point, unit), point.torque, point.std) for point in shown]
-
-
-def rows_head(size: Size, diagnosis: Diagnosis) -> str:
-    """Heading of the rows of `size_rows`."""
-    if not size.known:
-        return "torque that no other parameter can absorb"
-    axis = AXES[size.over]
-    against = " against the motion" if axis.braking else ""
-    first = f"{digits(size.points[0].at, 2)} {unit_over(size, diagnosis)}" if size.change else ""
-    reference = f" relative to that at {first}," if size.change else ""
-    return f"torque{against}{reference} at a {axis.words} of"
 
 
 def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:

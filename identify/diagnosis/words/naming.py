@@ -13,6 +13,12 @@ def joint_words(joint: int, joints: Sequence[str]) -> str:
     return numbered if ending and int(ending[0]) == joint + 1 else f"{numbered} ({joints[joint]})"
 
 
+def joints_words(joints: Sequence[int], names: Sequence[str]) -> str:
+    """Several joints within a sentence, such as "joints 1 (shoulder) and 3"."""
+    words = [lower(joint_words(joint, names)) for joint in joints]
+    return words[0] if len(words) == 1 else f"joints {joined([word[6:] for word in words])}"
+
+
 PEOPLE = ("Stribeck", "Coulomb")
 """People after whom effects are named; their names keep the capital letter."""
 

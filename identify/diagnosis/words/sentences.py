@@ -1,23 +1,22 @@
-"""Sentences about findings, undecided findings, hints and moments, with their numbers."""
+"""Sentences about findings, undecided findings and moments, with their numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from string import Formatter
 from typing import Any
 
 import numpy as np
 
-from ...text_table import NORMAL_95, digits, percent
+from ...text_table import digits, percent
 from ..candidates import kind_of
 from ..findings.diagnosis import Moment
 from ..findings.family import FAMILIES
 from ..findings.finding import Finding, Hypothesis
-from ..findings.quantities import SLIDING, TURNING, formatted
-from ..findings.residuals import UNCERTAIN, Hinted
+from ..findings.quantities import SCALES, SLIDING, TURNING, Formatted, formatted
+from ..findings.residuals import UNCERTAIN
 from .naming import effect_words, joined, joint_words, lower
 
-UNPROVEN = ", but its torque varies so much between time blocks that it may explain nothing"
-ACTS_LIKE = ", or something that acts like it: the unexplained residual there is as large"
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 
 
@@ -29,14 +28,33 @@ def sentence(finding: Finding, joints: Sequence[str], sliding: bool = False) -> 
         joints: Names of the robot's joints.
         sliding: Whether the joints of the finding are prismatic.
     """
-    finding = replace(finding, parameters=finding.determined)
-    kind, known = kind_of(finding.effect), formatted(finding)
-    derived = kind.derived(finding, known) if kind.derived else {}
-    known |= {**derived, **_places(finding, joints), **_units(known, sliding)}
-    pattern = kind.sentence or f"{{joint}}: {finding.effect.replace('_', ' ')}"
+    known = {**numbers(finding), **_places(finding, joints)}
+    known |= _units(known, sliding)
+    pattern = kind_of(finding.effect).sentence or f"{{joint}}: {finding.effect.replace('_', ' ')}"
     completed = OPTIONAL.sub(lambda part: _filled(part[1], known), pattern)
     named_only = f"{known['joint']} has {effect_words(finding.effect)}" if finding.left_out else ""
     return _filled(completed, known) or named_only or f"{known['joint']}: {finding.effect.replace('_', ' ')}"
+
+
+def numbers(finding: Finding) -> dict[str, Any]:
+    """Parameters of a finding that the data determine, and numbers that are derived from them, by name."""
+    finding = replace(finding, parameters=finding.determined)
+    kind, known = kind_of(finding.effect), formatted(finding)
+    return known | dict(kind.derived(finding, known) if kind.derived else {})
+
+
+def main_number(finding: Finding) -> str:
+    """The first number in the sentence of a finding, with sign and unit; empty if it is not determined.
+
+    A bare number, such as an exponent, only counts if all parameters are determined and no other number is.
+    """
+    known, shown, bare = numbers(finding), "", ""
+    for _, name, form, _ in Formatter().parse(kind_of(finding.effect).sentence):
+        words = (form or "").split()
+        if isinstance(number := known.get(name or ""), Formatted) and "|" not in (form or ""):
+            text = format(number, " ".join(word for word in words if word in SCALES))
+            shown, bare = (shown, bare or text) if "bare" in words else (shown or text, bare)
+    return shown or (bare if not finding.left_out else "")
 
 
 def _filled(pattern: str, known: Mapping[str, Any]) -> str:
@@ -67,24 +85,14 @@ def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
     return {"effort": SLIDING, "one": "1 m/s"} | pace
 
 
-def undecided_sentence(finding: Finding, joints: Sequence[str], settled: str = "") -> str:
-    """Sentence on an undecided finding: its joints, its hypotheses, and the run that would settle it.
-
-    Args:
-        finding: The undecided finding with its alternatives.
-        joints: Names of the robot's joints.
-        settled: The run that would settle it, in words or as a command; empty if none is known.
-    """
+def undecided_sentence(finding: Finding, joints: Sequence[str]) -> str:
+    """Sentence on an undecided finding: its joints, its hypotheses, and why it is undecided."""
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
-    hypotheses = [_possible(hypothesis, finding, joints) for hypothesis in possible(finding)]
-    text = f"{where}: the missing effect is {joined(hypotheses, 'or')}"
+    known = f"{where}: the missing effect is "
     if finding.family:
-        family, sure = FAMILIES[finding.family].words, percent(finding.family_probability, 3)
-        text = f"{where} has {family} ({sure}): {joined(hypotheses, 'or')}"
-    text += UNPROVEN if not finding.proven else ""
-    text += ", but only one joint shows it" if finding.alone else ""
-    text += ACTS_LIKE if finding.unnamed else ""
-    return f"{text}; what would settle it: {settled}." if settled else f"{text}."
+        sure = percent(finding.family_probability, 3)
+        known = f"{where} has {FAMILIES[finding.family].words} ({sure}): "
+    return f"{known}{hypotheses_words(finding, joints)}{reservations(finding)}."
 
 
 def possible(finding: Finding) -> list[Hypothesis]:
@@ -92,28 +100,38 @@ def possible(finding: Finding) -> list[Hypothesis]:
     return sorted((finding, *finding.alternatives), key=lambda hypothesis: -hypothesis.probability)
 
 
-def _possible(hypothesis: Hypothesis, finding: Finding, joints: Sequence[str]) -> str:
-    """A hypothesis with its probability, and its joints if they differ from those of the finding."""
-    name, sure = effect_words(hypothesis.effect), percent(hypothesis.probability)
-    if hypothesis.joints == finding.joints:
-        return f"{name} ({sure})"
-    where = (
-        joined([lower(joint_words(joint, joints)) for joint in hypothesis.joints])
-        if hypothesis.joints
-        else "the arm"
-    )
-    return f"{name} of {where} ({sure})"
+LISTED = 3
+"""Number of hypotheses that a sentence names; pages list all of them."""
 
 
-def hint_sentence(hint: Hinted, joints: Sequence[str]) -> str:
-    """Effect that the held-out runs show and the fitted runs do not, with both numbers and an action."""
-    where, effect = joint_words(hint.joint, joints), effect_words(hint.effect)
-    change = f"{-100 * hint.change:.0f} ± {100 * NORMAL_95 * hint.std:.0f} %"
-    return (
-        f"{where}: held-out runs show {effect} (log likelihood ratio {hint.gain_held_out:.1f}), which would "
-        f"explain {change} of the squared residual there; the fitted runs do not decide it (ratio "
-        f"{hint.gain:.1f}). Fit one of the held-out runs too, and hold out another one."
-    )
+def hypotheses_words(finding: Finding, joints: Sequence[str], probable: bool = True) -> str:
+    """The most probable hypotheses of a finding, with joints if these differ.
+
+    Args:
+        finding: The finding with its alternatives.
+        joints: Names of the robot's joints.
+        probable: Whether probabilities are given, which say nothing on joints that do not fit.
+    """
+    hypotheses = possible(finding)
+    words = []
+    for hypothesis in hypotheses[:LISTED]:
+        where = joined([lower(joint_words(joint, joints)) for joint in hypothesis.joints] or ["the arm"])
+        name = effect_words(hypothesis.effect)
+        name += f" of {where}" if hypothesis.joints != finding.joints else ""
+        words.append(f"{name} {percent(hypothesis.probability)}" if probable else name)
+    words += ["another effect"] if len(hypotheses) > LISTED else []
+    return joined(words, "or")
+
+
+def reservations(finding: Finding) -> str:
+    """Why a finding is undecided although its name may be probable, in parentheses; empty without reasons."""
+    reasons = {
+        "not proven": not finding.proven,
+        "only one joint shows it": finding.alone,
+        "or something like it": finding.unnamed,
+    }
+    words = [reason for reason, holds in reasons.items() if holds]
+    return f" ({', '.join(words)})" if words else ""
 
 
 def dependence(depends_on: str) -> str:

@@ -12,9 +12,9 @@ from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, 
 from exidyn.identification.diagnosis.diagnose import _range
 from exidyn.identification.diagnosis.findings.arm import Arm
 from exidyn.identification.diagnosis.improved.improved import with_finding
+from exidyn.identification.diagnosis.words.details import details
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.measures import in_units_of_joints
-from exidyn.identification.diagnosis.words.verdict import verdict
 from exidyn.identification.effects import SpringBalancer
 from exidyn.identification.pages.diagnosis_document import summary
 from exidyn.identification.simulation.plant import Transmission
@@ -49,7 +49,8 @@ def test_stiffness_is_told_with_the_length_that_is_not_known():
     assert table[LEVERS]["value"] * TRUE.d21 == pytest.approx(TRUE.d22)
     page = summary(diagnosis(stated()))
     assert "N/m " not in page.replace("[N/m]", "")
-    lines = " ".join(verdict(diagnosis(stated())))
+    told = diagnosis(stated())
+    lines = " ".join(details(told, told.findings[0]))
     assert "from -3100 to 240.0 N m over the recorded range" in lines
     assert "With d21 from the drawing, the distance of its fixed end from the axis, K_r is" in lines
 

@@ -5,15 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.diagnosis.findings.family import FAMILIES
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identification.diagnosis.search import checks, held_out
-from exidyn.identification.diagnosis.words.verdict import verdict
-from exidyn.identification.effects import NonlinearViscousFriction
 
 from ...parts.small import two_joints
-from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import drag_search, names, record, searched, spring_search
 
 
@@ -107,21 +102,3 @@ def test_findings_that_share_the_blame_go_until_no_joint_is_worse(monkeypatch):
 )
 def test_what_is_explained_excludes_zero_by_the_scatter_of_blocks(before, after, less):
     assert held_out.explains(np.array(before), np.array(after)) == less
-
-
-WEAK = 0.04
-"""Friction [N m] that one run does not show and eight do."""
-
-
-def test_what_runs_held_out_alone_show_is_a_hint():
-    drag = NonlinearViscousFriction(("elbow",), 0.5)
-    runs = record([drag], {"Fn2": WEAK}, roles=("identify", *("validate",) * 8))
-    found = diagnose(nominal_model(), runs, as_recorded=True)
-    assert not found.findings
-    [hint] = [one for one in found.hints if one.joint == 1]
-    assert FAMILIES[hint.depends_on].dependence == "velocity"
-    assert hint.gain < CERTAIN_ODDS < hint.gain_held_out
-    assert hint.change + 2 * hint.std < 0.0
-    said = " ".join(verdict(found))
-    assert "Nothing" not in said
-    assert "held-out runs show" in said

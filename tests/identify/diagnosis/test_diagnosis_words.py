@@ -11,19 +11,25 @@ import pytest
 from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, Quantity, Remainder
 from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
 from exidyn.identification.diagnosis.candidates.curves import NAMES
+from exidyn.identification.diagnosis.findings.adequacy import Adequacy, Misfit
 from exidyn.identification.diagnosis.findings.axes import AXES
+from exidyn.identification.diagnosis.findings.beliefs import Beliefs, Departure
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.findings.quantities import Formatted, stated, with_interval
 from exidyn.identification.diagnosis.findings.residuals import Budget, Change, Share
 from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
 from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identification.diagnosis.results.budget import OTHER
+from exidyn.identification.diagnosis.words.details import details
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
+from exidyn.identification.diagnosis.words.limits import warnings
 from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.sentences import sentence
 from exidyn.identification.diagnosis.words.verdict import verdict
-from exidyn.identification.pages.budget import percents
-from exidyn.identification.pages.diagnosis_document import report_html, summary
+from exidyn.identification.document.text import text
+from exidyn.identification.pages.diagnosis_document import brief, report_html, summary
+from exidyn.identification.pages.diagnosis_table import findings_table
+from exidyn.identification.pages.shown import Shown
 
 from ...parts.small import two_joints
 
@@ -102,93 +108,167 @@ def sliding(one: Diagnosis) -> Diagnosis:
 
 
 OTHERS = (other("time_delay", (), 0.2), other("backlash", (2,), 0.12))
-LEANING = replace(finding("base_tilt", ()), torque_rms=np.array([0.1, 9.0, 0.0]))
 MOMENT = Moment("other", 3.2, 3.6, (0, 2), np.array([0.0, -1.0, 0.0]), 31.4)
 RIVALS = (other("torque_ripple", (2,), 0.12), other("load_dependent_friction", (1,), 0.06))
 SUSPECTED = "log: the positions of joint1 and joint2 are exchanged: give them the other way"
 UNMEASURED = {**NO_HELD_OUT, "budget": budget(noise=0.0)}
+WIDE = replace(finding("coulomb_friction", (0,)), torque_rms=np.array([1.0, 0.0, 0.0]))
+SHAKY = finding("joint_spring", probability=0.65, alternatives=OTHERS, proven=False)
+SPRING = replace(
+    finding("joint_spring", probability=0.86, alternatives=(other("spring_balancer", (2,), 0.14),)),
+    family="position", family_probability=0.9995,
+)  # fmt: skip
+SHARED = {"budget": budget((0.0, 0.0, 0.31), (0.5, 0.5, 0.0))}
+
+
+def inadequate(*failing: int, misfits=()) -> Diagnosis:
+    shares, alone = np.array([0.45, 0.3, 0.05]), np.array([0.04, 0.05, 0.04])
+    return diagnosis(finding(), adequacy=Adequacy(shares, alone, 0.3, failing, misfits))
+
+
+DEPARTURE = Departure("drive gain", 2, "gain3", 5.0, 10.0, 11.25, "N m/A")
+MOMENTS = Departure("link", 1, "MX2", 9.0, 0.8, 1.2, "kg m")
+LEFT = (Remainder(1, 2.14, 0.999, "position and velocity"),)
+
+
+def believed(*findings: Finding, conditional=(), departures=()) -> Diagnosis:
+    """With both beliefs: free bodies absorb the conditional findings."""
+    rms = np.full(3, 0.6), np.full(3, 0.47)
+    return diagnosis(*findings, beliefs=Beliefs(conditional, (MOMENTS,), departures, *rms))
+
+
+GAIN_OFF = "The drive gain of joint 3 is 12.5 % above its nominal value: 5.0 of its stated standard "
+LIFT = "Joint 3 has load-dependent friction: Coulomb friction grows by 0.120 ± 0.012 N m per N m"
 SAID = {
-    "number, unit, joint": (
-        diagnosis(finding()),
-        ["Joint 3 has load-dependent friction", "0.120 ± 0.012 N m per N m", "31 % of the squared residual",
-         "2.00 -> 1.00 N m (10.0 -> 5.00 x noise)", "probability above 99.9 %"],
+    "a finding": (diagnosis(finding()), LIFT, "joint 3 falls from 2.00 to 1.00 N m (50 % less)", "found"),
+    "the one that explains most": (
+        diagnosis(finding(), WIDE, budget=budget((0.0, 0.0, 0.31), (0.9, 0.0, 0.0))),
+        "Joint 1 has", "joint 1 falls from 2.00", "identify",
     ),
-    "the joint whose residual it explains": (
-        diagnosis(LEANING, budget=budget((0.94, 0.02, 0.96))),
-        ["explains 94 % of the squared residual of joint 1.", "Held-out residual of joint 1:"],
+    "an undecided one that explains most": (
+        diagnosis(WIDE, undecided=(SPRING,), budget=budget((0.3, 0.0, 0.0), (0.0, 0.0, 0.97))),
+        "Joint 3 has a torque that depends on the joint's position (above 99.9 %): joint spring 86 % or",
+        "joint 3", "tell joint spring from spring balancer by",
     ),
-    "nearly all": (diagnosis(finding(), budget=budget((0.0, 0.0, 0.997))), ["It explains 99.7 %"]),
-    "rivals and the run that settles it": (
-        diagnosis(finding(alternatives=RIVALS, probability=0.82)),
-        ["probability 82 %", "torque ripple of joint 3 (12 %) and load-dependent friction of joint 2 (6 %)",
-         "settle it: a run with a body of known mass on the flange (exidyn excite --mass)."],
+    "one that explains nothing": (
+        diagnosis(finding(), budget=budget((0.0, 0.0, 0.009))),
+        "No missing effect is certain: no finding explains", "largest residual is 5.00 x noise, on", "RUN",
     ),
-    "small and not confirmed": (
-        diagnosis(finding(torque=0.02, held_out=-3.0)),
-        ["It is small, 0.10 x noise", "predicted no better with it"],
+    "not held out": (
+        diagnosis(finding(), **NO_HELD_OUT, budget=replace(budget((0.0, 0.0, 0.31)), held_out=())),
+        LIFT, "No run was held out", "--validate RUN",
     ),
-    "name undecided": (
-        diagnosis(undecided=(finding("joint_spring", probability=0.65, alternatives=OTHERS),)),
-        ["joint spring (65 %), time delay of the arm (20 %) or backlash (12 %)", "excite --kind sweeps"],
+    "worse on a joint": (
+        diagnosis(finding(), budget=replace(budget((0.0, 0.0, 0.31)), after_rms=np.array([2.2, 2.0, 1.0]))),
+        LIFT, "; joint 1 up to 10 % more.", "identify",
     ),
-    "shown by one joint": (
-        diagnosis(undecided=(finding("base_tilt", (), probability=0.95, alone=True),)),
-        ["The arm: the missing effect is base tilt (95 %), but only one joint shows it"],
-    ),
-    "as much without a name": (
-        diagnosis(undecided=(finding(probability=0.4, unnamed=True),)),
-        ["or something that acts like it: the unexplained residual there is as large"],
-    ),
-    "no name": (
-        diagnosis(remainders=(Remainder(1, 2.14, 0.999, "position and velocity"),)),
-        ["Something is missing, and it is none of the effects", "1.00 N m (2.00 x its noise)",
-         "depends on position and velocity"],
-    ),
-    "one more without a name": (
-        diagnosis(finding(), remainders=(Remainder(1, 2.14, 0.999, "position"),)),
-        ["Something more is missing"],
-    ),
+    "no name": (diagnosis(remainders=LEFT), "Something is missing that is none of", "5.00 x", "exidyn view"),
     "a contact": (
-        diagnosis(moments=(MOMENT,)),
-        ["other, 3.20 to 3.60 s: joints 1 and 3", "a force of 31 N acted on the flange along (0.00, -1.00,"],
+        diagnosis(moments=(MOMENT,)), "other, 3.20 to 3.60 s: joints 1 and 3 differ", "largest", "identify"
     ),
-    "one joint is no force on the flange": (
-        diagnosis(moments=(Moment("run_2", 1.0, 1.3, (1,), np.full(3, np.nan), np.nan),)),
-        ["run_2, 1.00 to 1.30 s: joint 2"],
+    "nothing": (
+        diagnosis(budget=replace(budget(), after_rms=1.05 * NOISE)),
+        "Nothing is missing: the residual of every joint is at the noise floor.", "1.05 x noise", "identify",
     ),
-    "nothing": (diagnosis(), ["Nothing is missing. With parameters"]),
-    "nothing, above the noise": (diagnosis(after=(1.0, 1.0, 1.8)), ["the worst is joint 3 with 1.80 x"]),
-    "nothing, not held out": (diagnosis(**NO_HELD_OUT), ["as far as the fitted runs show"]),
-    "nothing, without a noise level": (
-        diagnosis(**UNMEASURED),
-        ["No missing effect was found", "It is 1.00 N m on joint 1; noise was not measured at rest"],
-    ),
-    "more than noise": (
-        diagnosis(finding(), after=(1.6, 1.0, 1.0)),
-        ["More than noise is left on joint 1 (1.60 x noise)"],
+    "nothing but noise that is not known": (
+        diagnosis(**UNMEASURED), "No missing effect is certain: the residual depends on no recorded",
+        "1.00 N m, on joint 3; noise was not measured at rest", "--validate",
     ),
     "a mistake of the input": (
         diagnosis(finding(), suspicions=(SUSPECTED,)),
-        ["Check the input first: Log: the positions of joint1", "holds only if the input is right"],
+        "Check the input first: Log: the positions of joint1", "joint 3 falls", "exidyn init LOG",
     ),
-    "warnings, and a run's name": (
-        diagnosis(finding(), runs=("run_1",), warnings=("run_1: 3 gaps", "no payload")),
-        ["run_1: 3 gaps.", "No payload."],
+    "joints that do not fit": (
+        inadequate(0, 1),
+        "Check the input first (columns, units, description): joints 1 and 2 do not fit as correct "
+        "recordings do; their residuals are 45 % and 30 % of their torques; each fits by itself (4 %",
+        "", "exidyn init LOG",
+    ),
+    "a joint that does not fit": (
+        inadequate(0, misfits=(Misfit("one", 3.0, 4.5, 0),)),
+        "Joint 1 does not fit as correct recordings do: its residual is 45 % of its torque, most of it "
+        "in one at 3.00 to 4.50 s; no effect is named there.", "", "exidyn view",
+    ),
+    "a belief": (believed(finding(), conditional=(0,)), f"With the bodies as described, j{LIFT[1:]}", "", ""),
+    "a gain": (
+        believed(departures=(DEPARTURE,)), GAIN_OFF, "", "",
     ),
 }  # fmt: skip
-"""What a diagnosis is, and what its verdict must say: names, numbers, units and what to do."""
+"""What a diagnosis is, and what its three sentences must say."""
 
 
 @pytest.mark.parametrize("case", SAID)
-def test_the_verdict_says_what_was_diagnosed(case):
-    one, said = SAID[case]
-    text = " ".join(verdict(one))
-    for words in said:
-        assert words in text
-    nothing = case.startswith("nothing")
-    assert ("othing is missing" in text or "No missing effect" in text) == nothing
-    assert ("force" in text) == (case == "a contact")
-    assert ("It is small" in text) == (case == "small and not confirmed")
+def test_three_sentences_state_the_cause_the_gain_and_the_next_command(case):
+    one, *said = SAID[case]
+    sentences = verdict(one)
+    assert [words for words, text in zip(said, sentences, strict=True) if words not in text] == []
+    assert sentences[0].startswith(said[0])
+    assert sentences[2].startswith("Next: ")
+    assert ("Nothing is missing" in sentences[0]) == (case == "nothing")
+
+
+def test_tolerances_are_mentioned_only_if_no_parameter_leaves_them():
+    quiet = {"budget": replace(budget(), after_rms=NOISE)}
+    within = "with parameters and drive gains within their tolerances"
+    assert within in verdict(replace(believed(), **quiet))[0]
+    assert within not in verdict(diagnosis(**quiet))[0]
+    assert within not in " ".join(verdict(replace(believed(departures=(DEPARTURE,)), **quiet)))
+
+
+def rows_of(one: Diagnosis) -> list[list[str]]:
+    return [[str(cell) for cell in row] for row in findings_table(one).rows]
+
+
+def test_the_table_has_every_joint_and_every_finding_with_its_own_numbers():
+    spring = replace(SHAKY, torque_rms=np.array([1.0, 1.0, 0.0]))
+    one = diagnosis(finding(), undecided=(spring,), remainders=LEFT, **SHARED)
+    open_ = "undecided: joint spring 65 %, time delay of the arm 20 % or backlash 12 % (not proven)"
+    assert rows_of(one) == [
+        ["joint1", "2.00 -> 1.00", open_, "", "50 %"],
+        ["joint2", "2.00 -> 1.00", "undecided, as on joint1", "", "50 %"],
+        ["", "", "unexplained, depends on position and velocity", "99.9 %", ""],
+        ["joint3", "2.00 -> 1.00", "load-dependent friction: 0.120 ± 0.012", "> 99.9 %", "31 %"],
+    ]
+    assert rows_of(diagnosis())[0] == ["joint1", "2.00 -> 1.00", "-", "", ""]
+    assert rows_of(replace(diagnosis(), joints=("a" * 11, "b", "c")))[0][0] == "1"
+
+
+def test_a_finding_without_a_determined_number_has_the_size_of_its_torque():
+    missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
+    assert rows_of(diagnosis(collinear(left_out=missing)))[2][2] == "load-dependent friction: 0.29 ± 0.06 N m"
+    assert rows_of(inadequate(0, 1))[2][2:4] == ["candidate: load-dependent friction", ""]
+    unknown = replace(LOADED, points=(), beside_rms=0.05, beside_std=0.05)
+    assert rows_of(diagnosis(collinear(left_out=missing, size=unknown)))[2][2] == "load-dependent friction"
+
+
+def test_warnings_are_sentences_that_are_said_once():
+    one = replace(
+        believed(finding(), conditional=(0,), departures=(DEPARTURE,)),
+        runs=("run_1",), suspicions=(SUSPECTED,), warnings=("run_1: 3 gaps", "no payload", "no payload"),
+    )  # fmt: skip
+    assert warnings(one, verdict(one)) == [
+        "Free bodies absorb load-dependent friction of joint 3, with first moment MX2 by 9.0 standard "
+        "deviations off the description; residual of joint 3: 0.470 instead of 0.600 N m.",
+        f"{GAIN_OFF}deviations.",
+        "run_1: 3 gaps.",
+        "No payload.",
+    ]
+
+
+def test_the_short_page_is_read_at_a_glance():
+    one = diagnosis(finding(), undecided=(SPRING,), warnings=("no payload",), **SHARED)
+    lines = text(brief(Shown(one, folder="out"))).splitlines()
+    assert len(lines) < 30
+    assert max(map(len, lines)) <= 80
+    assert "out/report.html" in lines[-2]
+    assert "Residual by cause" in summary(one)
+
+
+def test_details_have_the_probability_what_is_excluded_and_how_to_decide():
+    rivals = diagnosis(finding(alternatives=RIVALS, probability=0.82))
+    said = " ".join(details(rivals, rivals.findings[0]))
+    assert "Probability 82 %." in said
+    assert "tell load-dependent friction from torque ripple by a run with a body of known mass on the" in said
 
 
 @pytest.mark.parametrize(("gear_ratio", "turning"), [(1.0, "the joint"), (160.0, "its motor")])
@@ -250,32 +330,18 @@ def collinear(**changes) -> Finding:
 
 def test_what_is_not_determined_is_not_given_and_the_torque_stands_instead():
     one = diagnosis(collinear())
-    first, second, *_ = verdict(one)
-    assert "grows by 0.6 ± 0.5 N m per N m" in first
-    assert "0.19 ± 0.05 N m at 0.85 N m (usual) and 0.29 ± 0.06 N m at 1.1 N m (largest)." in first
-    assert "preload is not given because these runs cannot separate it from mu3." in second
     page = summary(one)
+    assert "preload is not given because these runs cannot separate it from mu3." in " ".join(page.split())
     assert "0.7771" not in page
     assert "0.78" not in page
-    rows = [line.split() for line in page.splitlines()]
-    assert ["0.85", "N", "m", "(usual)", "0.1900", "0.047", "N", "m"] in rows
     [row] = as_json(one)["findings"]
     assert row["size"]["points"][1] == {"at": 0.85, "torque": 0.19, "std": 0.024, "which": "usual"}
     assert (row["size"]["joint"], row["size"]["over"]) == (3, "size of the load")
     assert row["left_out"] == {"preload": {"beside": "mu3", "effect": ""}}
-
-
-def test_what_is_not_determined_is_not_given():
-    missing = {"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()}
-    first, second, *_ = verdict(diagnosis(collinear(left_out=missing)))
-    assert first.startswith("Joint 3 has load-dependent friction; over the size of the load,")
-    assert "mu3 is not given because these runs cannot separate it from Fc3 of Coulomb friction" in second
-    first = verdict(diagnosis(collinear(size=replace(LOADED, change=True))))[0]
-    assert first.count("; relative to that at a size of the load of 0 N m") == 1
-    unknown = replace(LOADED, points=(Point("largest", 1.1, 0.29, 0.2),))
-    first = verdict(diagnosis(collinear(size=unknown)))[0]
-    assert "; it gives 0.050 ± 0.008 N m, root mean square, that no other parameter can absorb." in first
-    assert "0.29" not in first
+    both = collinear(left_out={"mu3": LeftOut("Fc3", "coulomb_friction"), "preload": LeftOut()})
+    page = " ".join(summary(diagnosis(both)).split())
+    assert "mu3 is not given because these runs cannot separate it from Fc3 of Coulomb friction" in page
+    assert "Over the size of the load, its torque against the motion is" in page
 
 
 def test_the_report_draws_the_torque_with_its_band():
@@ -320,34 +386,17 @@ def test_a_body_of_unknown_mass_is_reported_by_its_moments():
 
 
 def test_multiples_of_noise_are_reported_only_where_it_was_measured():
-    guessed = diagnosis(finding(), budget=budget((0.0, 0.0, 0.31), noise=0.0), after=(1.9, 1.0, 1.05))
-    page = summary(guessed)
-    assert "x noise" not in page
-    assert "Sensor noise was not measured at rest" in " ".join(page.split())
-    assert "x noise" in summary(diagnosis(finding()))
-    assert "x noise" not in " ".join(verdict(replace(guessed, findings=(), budget=budget(noise=0.0))))
+    guessed = diagnosis(budget=budget(noise=0.0), after=(1.9, 1.0, 1.05))
+    assert "x noise" not in summary(guessed)
+    assert "Sensor noise was not measured at rest" in " ".join(summary(guessed).split())
+    assert "x noise" in summary(diagnosis())
 
 
-def test_the_verdict_comes_first_and_the_budget_adds_up_to_a_hundred():
-    lines = summary(diagnosis(finding())).splitlines()
-    start = lines.index("Residual by cause")
-    assert lines.index("Verdict") < start
-    shares = re.findall(r"(\d+) % \([\d.]+\)$", "\n".join(lines[start:]), flags=re.M)
-    assert sum(map(int, shares)) == 100
+def test_the_budget_adds_up_to_a_hundred():
     table = as_json(diagnosis(finding()))["budget"]
     np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
     assert table["shares"][0]["finding"] == 0
     assert table["before_rms"] == [2.0] * 3
-
-
-def test_the_budget_is_whole_per_cents_with_small_kinds_in_one_line():
-    shares = np.array([[1 / 3], [1 / 3], [1 / 3]])
-    assert sorted(percents(shares)[:, 0]) == [33, 33, 34]
-    assert list(percents(np.array([[0.004], [0.996]]))[:, 0]) == [0, 100]
-    page = summary(diagnosis(budget=budget(load=(0.004,) * 3, time=(0.002,) * 3, position=(0.0, 0.0, 0.2))))
-    assert "other kinds, less than 1 % each" in page
-    assert "depends on load" not in page
-    assert "depends on position" in page
 
 
 def test_candidates_are_listed_with_what_each_alone_would_change():
@@ -376,7 +425,6 @@ def test_joints_that_slide_have_units_of_their_own(effect, parameters, message):
     one = diagnosis(finding(effect, parameters=numbers))
     page = " ".join(summary(sliding(one)).split())
     assert message in page
-    assert "2.00 -> 1.00 N (10.0" in page
     units = [quantity["unit"] for quantity in as_json(sliding(one))["findings"][0]["parameters"].values()]
     assert not any("N m" in unit or "rad" in unit for unit in units)
     assert message not in " ".join(summary(one).split())
@@ -384,11 +432,10 @@ def test_joints_that_slide_have_units_of_their_own(effect, parameters, message):
 
 def test_the_page_of_text_has_findings_intervals_and_ratios():
     lines = summary(diagnosis(finding())).splitlines()
-    heading = lines.index("Load-dependent friction of joint 3")
-    assert lines[heading + 2].split() == ["mu3", "0.1200", "0.012"]
-    joint = next(line for line in lines[heading:] if line.startswith("Joint 3 "))
+    assert ["mu3", "0.1200", "0.012"] in [line.split() for line in lines]
+    [joint] = [line.split() for line in lines if line.startswith("Joint 3 (") or line.startswith("Joint 3  ")]
     # noise, nominal values, before and after by the budget, and the two over noise
-    assert joint.split()[4:] == ["0.2000", "0.5400", "2.000", "1.000", "10.00", "5.000"]
+    assert joint[4:] == ["0.2000", "0.5400", "2.000", "1.000", "10.00", "5.000"]
     assert max(map(len, lines)) <= 80
     assert "Held out:         none" in summary(diagnosis(finding(), **NO_HELD_OUT))
 
