@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +49,7 @@ class Teeth(NamedTuple):
 
     stiffness: float  # stiffness [N m/rad]
     load_uncertainty: float  # error that the load of the gear may have [N m]
-    # motor torque of a run from their bending, at all samples and at the coarse run's, shape (t, n) [N m]
-    bent: tuple[Callable[[Driven], np.ndarray], Callable[[Driven], np.ndarray]]
+    bent: Callable[[Driven], np.ndarray]  # motor torque of a run from their bending, shape (t, n) [N m]
 
 
 def plays(model: Model) -> Iterator[Candidate]:
@@ -71,18 +69,15 @@ def _teeth(model: Model, joint: int, inertia: float, load_uncertainty: float) ->
     angular = 2 * np.pi * STIFF
     stiffness = inertia * angular**2
     gear = JointElasticity(model.robot.joints[joint], stiffness, 2 * RATIO * inertia * angular)
-    bent = partial(gear_torque, model, gear=gear), cached(partial(gear_torque, model, gear=gear, coarse=True))
-    return Teeth(stiffness, load_uncertainty, bent)
+    return Teeth(stiffness, load_uncertainty, cached(lambda run: gear_torque(model, run, gear)))
 
 
 def _play(model: Model, play: Backlash, teeth: Teeth) -> Candidate:
     soft = play.resonance < TEETH
 
-    def columns(run: Driven, coarse: bool = False) -> np.ndarray:
-        torque = gear_torque(model, run, play, coarse)
-        if soft:
-            return torque[:, :, None]
-        return np.stack([torque, teeth.stiffness * teeth.bent[coarse](run)], axis=2)
+    def columns(run: Driven) -> np.ndarray:
+        torque = gear_torque(model, run, play)
+        return torque[:, :, None] if soft else np.stack([torque, teeth.stiffness * teeth.bent(run)], axis=2)
 
     bounds = {
         "gap": Shape("rad", play.gap / STEP, play.gap * STEP),
@@ -100,7 +95,6 @@ def _play(model: Model, play: Backlash, teeth: Teeth) -> Candidate:
         {name: getattr(play, name) for name in bounds}, bounds,
         lambda shape: _play(model, Backlash(play.joint, **shape), teeth),
         expected=expected[:count], loaded=True, prior=BOTH if soft else 1.0,
-        coarse=partial(columns, coarse=True),
     )  # fmt: skip
 
 

@@ -12,7 +12,6 @@ modeled at their own encoders, so a stiff gear adds nothing to the fitted torque
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
 from ...measurements.gear import Gear
-from ...measurements.twist import Twist
 from ...model import Model
 from ...simulation.plant.link_size import link_size
 from ..blocks.prediction import Prediction
@@ -34,6 +32,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
+from .parts import on_motors
 
 STEP = 1.3
 """Ratio between successive resonances [-]."""
@@ -58,15 +57,12 @@ def gears(model: Model) -> Iterator[Candidate]:
             yield _gear(model, joint, inertia, resonance, RATIO)
 
 
-def gear_torque(model: Model, run: Driven, gear: Gear, coarse: bool = False) -> np.ndarray:
-    """Motor torque beyond that of a rigid gear, shape (t, n) [N m], at all samples or at the coarse run's."""
+def gear_torque(model: Model, run: Driven, gear: Gear) -> np.ndarray:
+    """Motor torque beyond that of a rigid gear, shape (t, n) [N m]."""
     joint, tangent = model.robot.index(gear.joint), run.unloaded.tangent
     step = float(np.median(np.diff(run.motion.time)))
     twist = gear.twist(tangent, run.motion.load[:, joint], joint, step)
-    if coarse:
-        slowed = run.slowed(np.stack(twist, axis=1))
-        twist, tangent = Twist(*slowed.T), run.coarse.unloaded.tangent
-    return -tangent.torque(joint, *twist) @ model.robot.to_motors.T
+    return on_motors(model.robot, -tangent.torque(joint, *twist)[:, :, None])[:, :, 0]
 
 
 def _gear(
@@ -77,8 +73,8 @@ def _gear(
     stiffness = inertia * angular**2
     gear = JointElasticity(model.robot.joints[joint], stiffness, 2 * ratio * inertia * angular)
 
-    def columns(run: Driven, coarse: bool = False) -> np.ndarray:
-        return gear_torque(model, run, gear, coarse)[:, :, None]
+    def columns(run: Driven) -> np.ndarray:
+        return gear_torque(model, run, gear)[:, :, None]
 
     def reshaped(shape: Mapping[str, float]) -> Candidate:
         return _gear(model, joint, inertia, shape["resonance"], shape["damping_ratio"], within)
@@ -89,7 +85,6 @@ def _gear(
         "joint_elasticity", (joint,), columns, ("share",), ("1",), (LEAST,),
         {"resonance": resonance, "damping_ratio": ratio, "stiffness": stiffness}, bounds, reshaped,
         expected=((1.0, SCATTER),), reported={"stiffness": (stiffness, "N m/rad")}, loaded=True,
-        coarse=partial(columns, coarse=True),
     )  # fmt: skip
 
 

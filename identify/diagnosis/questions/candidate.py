@@ -46,7 +46,6 @@ class Candidate:
     instance: Effect | None = None  # effect to add to a model, if there is one
     rows: tuple[int, ...] | None = None  # joints whose motors carry its torque; None for all
     smooth: bool = False  # whether its torque is as smooth as the motion
-    coarse: Columns | None = None  # the columns at the samples of the coarse run, if that takes less time
     # expected size of its coefficients relative to the first, if physics gives it
     proportion: tuple[float, ...] | None = None
     cancels: bool = False  # whether coefficients may cancel, each far larger than their sum suggests
@@ -118,7 +117,8 @@ class Thinned:
         if candidate.span and _span(candidate, runs) < candidate.span:
             return nothing
         try:
-            thinned = [_thinned(candidate, run, joints) for run in runs]
+            sampled = [run.coarse if candidate.smooth else run for run in runs]
+            thinned = [run.thinned(_of_joints(candidate.columns(run), joints)) for run in sampled]
         except NotRecorded:
             return nothing
         # The rows of each column are contiguous in memory, because sums run over them.
@@ -153,14 +153,6 @@ class Thinned:
         columns = np.zeros((len(self.values), dof, self.values.shape[2]))
         columns[:, self.joints] = self.values
         return columns
-
-
-def _thinned(candidate: Candidate, run: Driven, joints: np.ndarray) -> np.ndarray:
-    """Columns of some joints in a run, decimated, (r, k, p)."""
-    if candidate.coarse is not None:
-        return run.coarse.thinned(_of_joints(candidate.coarse(run), joints))
-    sampled = run.coarse if candidate.smooth else run
-    return sampled.thinned(_of_joints(candidate.columns(sampled), joints))
 
 
 def _of_joints(columns: np.ndarray, joints: np.ndarray) -> np.ndarray:

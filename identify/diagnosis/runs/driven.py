@@ -12,7 +12,6 @@ import pinocchio as pin
 from ...arm.motion import Motion
 from ...arm.tangent import Tangent, tangent
 from ...model import Model
-from ...preparation.filters import Decimation
 from ...preparation.prepare import Filtering, Prepared, prepare
 from ...recordings.recording import Recording
 
@@ -140,23 +139,6 @@ class Driven:
         )
         coarse.__dict__["rows"] = self.rows
         return coarse
-
-    def slowed(self, values: np.ndarray) -> np.ndarray:
-        """Values (t, ...) at full rate, filtered and at the samples of the coarse run, shape (t', ...)."""
-        half = (len(self._before_coarse.taps) - 1) // 2
-        edges = ((half, half), *[(0, 0)] * (values.ndim - 1))
-        return self._before_coarse.apply(np.pad(values, edges, mode="edge"))
-
-    @cached_property
-    def _before_coarse(self) -> Decimation:
-        """Filter that removes what sampling at the rate of the coarse run would fold onto its band.
-
-        It keeps twice the band of the rows, since products with smooth quantities shift frequencies.
-        """
-        coarse, full = self.coarse.prepared.decimation, self.prepared.decimation
-        stride = coarse.step // full.step
-        cutoff = 2.0 * coarse.cutoff if stride > 1 else np.inf
-        return Decimation(full.rate / full.step, cutoff, stride)
 
 
 Computed = TypeVar("Computed")
