@@ -69,15 +69,6 @@ def errors(prediction, more=None, held=None):
     return found, text
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_every_block_is_predicted_as_a_fit_without_it_does(seed):
-    given, pieces, _ = system(seed)
-    prediction = predicted(given, pieces)
-    np.testing.assert_allclose(prediction.errors, errors(prediction)[0], rtol=1e-5)
-    whole, _ = brute(prediction, left_out=-1)
-    np.testing.assert_allclose(prediction.values, whole, rtol=1e-5)
-
-
 CASES = {
     "one joint": {"joints": (1,), "count": 1},
     "one joint, two coefficients": {"joints": (0,), "count": 2},
