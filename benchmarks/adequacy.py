@@ -28,6 +28,8 @@ from exidyn.identification.diagnosis.search.selected import NAMED
 Answer = dict[str, Any]
 FEW = ("emps", "dvrk", "pendubot")
 """Arms with too few joints for most mistakes."""
+CONTROLS = ("dvrk", "panda")
+"""Arms on which every name is false, so that none can be lost."""
 QUICK = ("dvrk_psm fourier_test", "position of joint 2 negated")
 
 
@@ -73,8 +75,10 @@ def judged(answers: dict[tuple[str, str], Answer], failed: Callable[[Answer], bo
             known = [*right["names"], *right["withheld"]]
             false += sum(n not in known and n[0] not in MISTAKES[mistake][1] for n in names)
             missed += not fails
-        else:
-            lost, total, alarms = lost + len(every) - len(names), total + len(every), alarms + fails
+            continue
+        alarms += fails
+        if not name.startswith(CONTROLS):
+            lost, total = lost + len(every) - len(names), total + len(every)
     count = sum(bool(mistake) for _, mistake in answers)
     return {
         "false_names_per_wrong": false / count if count else None,

@@ -60,9 +60,9 @@ def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
     counted = prediction.rows.weight * fitted[problem.blocks.number][:, None]
     power = np.sum(counted * torque**2, axis=0)
     failing = failing_joints(together, alone, power, revolute)
-    shares = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
+    share, own = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
     pooled = pooled_share(together, power, revolute)
-    return Adequacy(*shares, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
+    return Adequacy(share, own, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
 
 
 def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
