@@ -7,7 +7,7 @@ from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
-from ..diagnosis.words.naming import capital, change_names, effect_words
+from ..diagnosis.words.naming import capital, distinct, effect_words
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -181,7 +181,9 @@ def _parameters(shown: Shown) -> list[Block]:
 
 def _changes(shown: Shown) -> list[Block]:
     """Table of all candidates that alone would lower the error; empty without any."""
-    named_changes = zip(change_names(shown.diagnosis), shown.diagnosis.changes, strict=True)
+    named_changes = zip(
+        distinct(shown.diagnosis.changes, shown.diagnosis.joints), shown.diagnosis.changes, strict=True
+    )
     rows: list[list[Cell]] = [
         [
             name,

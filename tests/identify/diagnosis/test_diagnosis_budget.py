@@ -9,14 +9,13 @@ import pytest
 from exidyn.identification.diagnosis.diagnose import noise_floor
 from exidyn.identification.diagnosis.questions.question import ask
 from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget, changes
-from exidyn.identification.diagnosis.results.remainder import discrepancies
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.diagnosis.search.selected import Selected
 from exidyn.identification.preparation.prepare import Filtering
 
 from ...parts.small.small_diagnosis import diagnosis, nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows
-from ...parts.small.small_search import drag_and_spring_search, record
+from ...parts.small.small_search import record
 
 pytestmark = pytest.mark.slow
 
@@ -78,19 +77,6 @@ def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
     assert all(np.all(share.percent >= 0.0) for share in one.shares)
     np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
     assert np.all(one.shares[1].percent < 1.0)
-
-
-def test_the_budget_of_an_arm_adds_up_with_what_is_left():
-    found = drag_and_spring_search()
-    for kept in (found.selected, found.selected[:1], ()):
-        prediction = found.problem.prediction([one.answer for one in kept])
-        left = discrepancies(found.problem, prediction)
-        one = budget(found.problem, kept, left, noise_floor(found.problem.runs)[0])
-        np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
-        assert all(np.all(share.percent >= 0.0) for share in one.shares)
-        if not kept:
-            kinds = {share.kind: share.percent / 100.0 for share in one.shares}
-            assert kinds[OTHER].max() < 0.2
 
 
 def test_a_diagnosis_shows_where_the_misfit_goes():

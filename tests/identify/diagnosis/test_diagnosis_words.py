@@ -385,20 +385,6 @@ def test_a_body_of_unknown_mass_is_reported_by_its_moments():
         assert said in sentence(finding("payload", (), parameters=numbers | {"M": mass}), JOINTS)
 
 
-def test_multiples_of_noise_are_reported_only_where_it_was_measured():
-    guessed = diagnosis(budget=budget(noise=0.0), after=(1.9, 1.0, 1.05))
-    assert "x noise" not in summary(guessed)
-    assert "Sensor noise was not measured at rest" in " ".join(summary(guessed).split())
-    assert "x noise" in summary(diagnosis())
-
-
-def test_the_budget_adds_up_to_a_hundred():
-    table = as_json(diagnosis(finding()))["budget"]
-    np.testing.assert_allclose(sum(np.array(one["percent"]) for one in table["shares"]), 100.0)
-    assert table["shares"][0]["finding"] == 0
-    assert table["before_rms"] == [2.0] * 3
-
-
 def test_candidates_are_listed_with_what_each_alone_would_change():
     every = tuple(Change("backlash", (place % 3,), 1, -30.0 + place, 4.0, 9.0) for place in range(12))
     page = summary(diagnosis(changes=every))
