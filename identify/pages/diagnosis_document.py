@@ -23,7 +23,6 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed
 from .budget import budget_section
 from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
@@ -61,16 +60,10 @@ def diagnosis_document(shown: Shown) -> Document:
 
 
 def brief(shown: Shown) -> Document:
-    """The document with its verdict alone, and where the rest is."""
-    document = diagnosis_document(shown)
-    opening = document.sections[0]
+    """A document of the verdict alone, and where the rest is."""
     rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
-    return document._replace(sections=[opening._replace(blocks=[*opening.blocks, rest])], facts=())
-
-
-def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
-    """The document as text with 80 columns; see `Shown.of` for the arguments."""
-    return text(diagnosis_document(Shown.of(diagnosis, folder, forward)))
+    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), rest])
+    return Document(f"Diagnosis of {shown.diagnosis.name}", "", [opening])
 
 
 def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:

@@ -27,7 +27,7 @@ from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.sentences import sentence
 from exidyn.identification.diagnosis.words.verdict import verdict
 from exidyn.identification.document.text import text
-from exidyn.identification.pages.diagnosis_document import brief, report_html, summary
+from exidyn.identification.pages.diagnosis_document import brief, diagnosis_document, report_html
 from exidyn.identification.pages.diagnosis_table import findings_table
 from exidyn.identification.pages.shown import Shown
 
@@ -73,6 +73,11 @@ def budget(*shares: tuple[float, float, float], noise=0.25, **kinds) -> Budget:
     parts += [Share(None, NOISE_SHARE, np.full(3, 100.0 * noise))] if noise else []
     rest = 100.0 - sum((share.percent for share in parts), np.zeros(3))
     return Budget(np.full(3, 2.0), np.full(3, 1.0), (*parts, Share(None, OTHER, rest)), ("other",))
+
+
+def summary(one: Diagnosis) -> str:
+    """The whole page as text."""
+    return text(diagnosis_document(Shown(one)))
 
 
 def diagnosis(*findings: Finding, after=(1.02, 1.0, 1.05), **changes) -> Diagnosis:
