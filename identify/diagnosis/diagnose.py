@@ -21,21 +21,21 @@ from .findings.finding import Finding
 from .findings.quantities import alternative, quantities, stated
 from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
+from .results.adequacy import gated
+from .results.baseline import baselines
 from .results.budget import NOISE, budget, changes, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.motor_torque import undetermined_gains, with_all_torque
-from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, remainders, rms
+from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, fast_ripples, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
 from .runs.usable import usable
+from .search.beliefs import search_both
 from .search.once import moments
-from .search.problem import Problem
-from .search.search import SearchResult, search
+from .search.search import SearchResult
 from .words.measures import in_units_of_joints, torque_units
 
 SMOOTH = "the signals were smoothed, so noise is unknown: runs are compared up to {:.3g} Hz"
-UNSTATED = 100.0
-"""Relative standard deviation of unstated inertias [-]: a flat but finite prior."""
 
 
 # Threads of linear algebra would only wait for one another in thousands of small systems.
@@ -63,7 +63,7 @@ def diagnose(
         RecordingError: No run can be fitted.
     """
     began = time.monotonic()
-    model = nominal(with_payloads(model, [recording for _, recording in recordings]))
+    model = with_payloads(model, [recording for _, recording in recordings])
     progress(StageText("filter", "filter and differentiate"))
     runs, warnings = usable(model, recordings, filtering)
     suspicions: list[str] = []
@@ -73,10 +73,9 @@ def diagnose(
         suspicions = doubts(checked, model)
         for doubt in suspicions:
             progress(f"warning: {doubt}")
-    progress(StageText("form", "form the columns of all candidates"))
-    problem = Problem.of(model, runs)
-    progress(StageText("search", f"search among {sum(problem.tried.values())} candidates"))
-    result = with_all_torque(search(problem))
+    progress(StageText("search", "search among all candidates"))
+    result, beliefs = search_both(model, runs)
+    result = with_all_torque(result)
     progress(StageText("weigh", "weigh the findings"))
     answers = discrepancies(result.problem, result.prediction)
     noise, rested = noise_floor(result.problem.runs)
@@ -87,8 +86,9 @@ def diagnose(
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(result.problem.runs[0].prepared.decimation.cutoff)]
     noise = np.sqrt(result.problem.rows.row_variance(noise**2))
-    result = beside_unnamed(result, answers, noise)
-    proof = evidence(result, noise)
+    result, fit = gated(beside_unnamed(result, answers, noise))
+    steps = [*baselines(result), result.prediction]
+    proof = evidence(result, steps[0], noise)
     spread, named = with_shapes(result), sum(finding.named for finding in result.selected)
     warnings = [*warnings, *undetermined_gains(result, spread)]
     std, fitted = deviations(result, spread), proof.traces[len(result.problem.held_out) :]
@@ -97,7 +97,9 @@ def diagnose(
         for place in range(len(result.selected))
     ]
     remaining = remainders(result.prediction, answers, noise, rested, material)
-    spent = budget(result.problem, result.selected, answers, noise if rested else np.zeros_like(noise))
+    remaining += fast_ripples(result.problem.runs, noise, torque_units(model.robot))
+    held_out = [run.prepared.name for run in result.problem.held_out]
+    spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -116,16 +118,11 @@ def diagnose(
         warnings=tuple(warnings),
         seconds=time.monotonic() - began,
         tried=result.problem.tried,
+        beliefs=beliefs,
+        adequacy=fit,
         evidence=proof,
     )
     return _with_held_out(diagnosis, proof, result.problem.held_out)
-
-
-def nominal(model: Model) -> Model:
-    """The model with a flat prior on inertias, unless their tolerance is stated."""
-    if model.robot.inertias_stated:
-        return model
-    return replace(model, robot=replace(model.robot, inertial_tolerance=UNSTATED))
 
 
 def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:

@@ -111,18 +111,16 @@ def gained_blocks(shown: Shown) -> list[Block]:
 
 
 def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
-    """Residuals in comparable columns: nominal values, baseline fit, fit with findings, simulation."""
+    """Residuals in comparable columns: baseline fit, fit with findings, simulation."""
     diagnosis, columns = shown.diagnosis, dict[str, np.ndarray]()
     if shown.over_noise:
         columns["noise"] = diagnosis.noise
-    if diagnosis.budget is not None and diagnosis.torque_rms_before is not None:
-        columns["nominal values"] = diagnosis.torque_rms_before
     columns |= {"baseline": before, "with findings": after}
     if shown.over_noise:
         columns |= {"baseline/ noise": before / columns["noise"]}
         columns |= {"with findings/ noise": after / columns["noise"]}
     if diagnosis.simulated is not None:
-        columns["simulated, nominal"] = diagnosis.simulated.torque_rms_before
+        columns["simulated, baseline"] = diagnosis.simulated.torque_rms_before
         columns["simulated, with findings"] = diagnosis.simulated.torque_rms_after
     rows = zip(shown.names, diagnosis.torque_units, *columns.values(), strict=True)
     cells: list[list[Cell]] = [[name, unit, *map(Number, values)] for name, unit, *values in rows]
@@ -137,7 +135,7 @@ def _bars(shown: Shown, before: np.ndarray, after: np.ndarray, noise: np.ndarray
 
 
 def _map(shown: Shown) -> list[Block]:
-    """Maps of the unexplained residual of a held-out run, with nominal values and with findings."""
+    """Maps of the unexplained residual of a held-out run, without and with findings."""
     if not shown.traces:
         return []
     trace = shown.judged[0]
@@ -150,7 +148,7 @@ def _map(shown: Shown) -> list[Block]:
         Figure(
             f"Residual over joint and time: {title}", remark, where_and_when(trace, level, shown.names, stage)
         )
-        for stage, title in (("before", "nominal values"), ("after", "with findings"))
+        for stage, title in (("before", "baseline"), ("after", "with findings"))
     ]
 
 

@@ -138,9 +138,12 @@ def servo_gains(facts: LogFacts) -> Iterator[Case]:
 
 
 def another_arm(facts: LogFacts) -> Iterator[Case]:
-    """Another arm or other drives, with arbitrary gains and masses."""
+    """Arbitrary gains and masses: each joint fits alone, as with another arm or a joint of opposite sign."""
     change = Change(factor=np.full(facts.robot.dof, np.nan))
-    words = f"another arm than {facts.robot.name} was recorded, or one with other drives"
+    words = (
+        f"each joint fits alone, but not together with the others as {facts.robot.name} is described: "
+        "another arm or other drives were recorded, or joints are exchanged or count the other way"
+    )
     yield facts.of_all(words, change)
 
 

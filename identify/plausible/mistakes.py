@@ -20,7 +20,7 @@ STATE = "state it: [current] or [torque] unit in a preset, or [drive] gain"
 GRAVITY = "state it: gravity in robot.toml"
 NO_GRAVITY = "state it: gravity = [0, 0, 0] in robot.toml"
 MOTOR_SIDE = "state [drive] gear_ratio in robot.toml, and import with --motor-side torque"
-DESCRIBE = "give the description of the arm that was recorded, and its gains"
+DESCRIBE = "check order, signs and axes of the joints, or give the description and gains of the recorded arm"
 SERVO = "state it: [drive] gain in robot.toml"
 
 TABLE = (

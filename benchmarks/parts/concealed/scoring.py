@@ -197,6 +197,13 @@ def _rotor(truth: Parameters) -> dict[str, float]:
     return {"Ia": truth["Ia"]} if truth["missing"] else {}
 
 
+def _balancer(truth: Parameters) -> dict[str, float]:
+    """Its numbers relative to `d21`, which no torque shows."""
+    fixed, moving = truth["d21"], truth["d22"]
+    forces = {"Kr*d21^2": truth["Kr"] * fixed**2, "K0*d21": truth["K0"] * fixed}
+    return {**forces, "d22/d21": moving / fixed, "phi": truth["phi"]}
+
+
 SAME: Mapping[str, Callable[[Parameters], Mapping[str, float]]] = {
     "payload": lambda truth: {"M": truth["mass"]},
     "link_inertia": lambda truth: {"M": truth["mass"]},
@@ -204,10 +211,13 @@ SAME: Mapping[str, Callable[[Parameters], Mapping[str, float]]] = {
     "base_tilt": _tilt,
     "viscous_friction": lambda truth: {"Fv": truth["Fv"]},
     "coulomb_friction": lambda truth: {"Fc": truth["Fc"]},
+    "stribeck_friction": lambda truth: {"Fs": truth["rise"], "fade": truth["speed"]},
     "load_dependent_friction": lambda truth: {"mu": truth["mu"]},
     "nonlinear_viscous_friction": lambda truth: {"Fn": truth["coefficient"], "exponent": truth["power"]},
     "drive_gain": lambda truth: {"share": truth["error"]},
     "current_offset": lambda truth: {"Off": -truth["offset"]},  # torque beside the current's: so much less
+    "spring_balancer": _balancer,
+    "joint_elasticity": lambda truth: {"stiffness": truth["stiffness"]},
     "backlash": lambda truth: {"gap": truth["gap"]},
     "encoder_offset": lambda truth: {"zero": truth["radians"]},
     "time_delay": lambda truth: {"delay": truth["seconds"]},
@@ -376,7 +386,7 @@ def figures(cases: list[Pair]) -> dict[str, Any]:
         "outside_misnamed": share(bool(case.answer.findings) for case in outside),
         "outside_unexplained": share(case.answer.unexplained for case in outside),
         "intervals": len(sizes),
-        "interval_coverage": interval_coverage(sizes),
+        "interval_coverage_percent": interval_coverage(sizes),
         "residual_over_noise": float(np.median(left)) if left else float("nan"),
         "residual_over_noise_max": max(left, default=float("nan")),
         "seconds": float(np.median(seconds)) if seconds else float("nan"),
@@ -461,6 +471,16 @@ def coverage(cases: list[Pair]) -> list[list[Any]]:
     return coverage_rows(number for case in cases for number in diagnosed_numbers(case))
 
 
+def missed(cases: list[Pair]) -> list[list[Any]]:
+    """Diagnosed numbers whose 95 % interval does not contain their truth, with half of that interval."""
+    return [
+        [case.truth.name, one.effect, one.name, one.true, one.value, NORMAL_95 * one.std]
+        for case in cases
+        for one in diagnosed_numbers(case)
+        if not one.held
+    ]
+
+
 class Table(NamedTuple):
     """One table of scores, by what its rows are made."""
 
@@ -483,6 +503,11 @@ TABLES = {
         "95 % intervals of diagnosed numbers (medians; error over std is a root mean square)",
         ("effect", "number", "count", "contained %", "error %", "half interval %", "error / std"),
         coverage,
+    ),
+    "missed": Table(
+        "95 % intervals that do not contain the truth",
+        ("case", "effect", "number", "true", "diagnosed", "half interval"),
+        missed,
     ),
     "confusion": Table("called otherwise", ("truth", "called", "times"), confusion),
 }

@@ -19,7 +19,7 @@ from exidyn.identification.model import Model
 from ..concealed.scoring import dependence
 from ..proof.open_loop import open_loop
 from .known import Known, numbers
-from .sets import CASES, FOLDER, Case, Runs
+from .sets import CASES, Case, Runs
 
 DERIVED = {"amplitude": "N m", "gear stiffness": "N m/rad", "harmonic": "1"}
 """Units of numbers that follow from others."""
@@ -103,10 +103,6 @@ def words(one: Finding) -> str:
     return f"{one.effect} {joints_words(one.joints)}, {one.probability:.3f}: {size(one)}"
 
 
-STATES = 256
-"""Places in one turn of the motor over which ripple is drawn: seven of a period of the 36th harmonic."""
-
-
 @dataclass(frozen=True)
 class Named:
     """One finding."""
@@ -152,7 +148,6 @@ def answer(key: str, twice: bool = True) -> dict[str, Any]:
         "process_seconds": used,
         "data_seconds": sum(run.duration for _, run in runs),
         "joints": len(found.joints),
-        "over_a_turn": over_a_turn(found) if case.folder.startswith("odrive") else None,
         "open_loop": open_loop(found, runs) if key == "emps" else None,
     }
 
@@ -242,32 +237,3 @@ def budget(found: Diagnosis) -> dict[str, Any] | None:
         "after": found.budget.after_rms.tolist(),
         "shares": shares,
     }
-
-
-def over_a_turn(found: Diagnosis) -> dict[str, Any]:
-    """What the model leaves over one turn of the motor, what is explained of it, and the independent map [A].
-
-    Also the share of samples in which harmonic 7 is slower than the end of the band that is compared.
-    """
-    assert found.evidence is not None
-    ratio, angle, left, fields = found.evidence.model.robot.gear_ratio[0], [], [], []
-    for trace in found.evidence.traces:
-        angle.append(np.mod(trace.motor_angle[:, 0], 2 * np.pi))
-        left.append(trace.before[:, 0])
-        fields.append(trace.explained[: len(found.findings), :, 0].sum(axis=0))
-    place = (np.concatenate(angle) * STATES / (2 * np.pi)).astype(int) % STATES
-    count = np.maximum(np.bincount(place, minlength=STATES), 1)
-    mean = [np.bincount(place, np.concatenate(one), STATES) / count for one in (left, fields)]
-    table = np.loadtxt(FOLDER / "odrive_spin_slow/cogging_map_truth.csv", delimiter=",", skiprows=1)
-    grid = (np.arange(STATES) + 0.5) * 2 * np.pi / STATES
-    known = np.interp(grid, table[:, 0], table[:, 1], period=2 * np.pi)
-    rows = {
-        "left": mean[0] - mean[0].mean(),
-        "explained": mean[1] - mean[1].mean(),
-        "map": known - known.mean(),
-    }
-    speed = np.concatenate([trace.velocity[:, 0] for trace in found.evidence.traces])
-    assert found.torque_rms_filter_hz is not None
-    seventh = 7 * np.abs(speed) * ratio / (2 * np.pi)
-    seen = float(np.mean(seventh < found.torque_rms_filter_hz))
-    return {"angle": grid.tolist(), "seen": seen} | {name: values.tolist() for name, values in rows.items()}

@@ -85,8 +85,7 @@ INTRODUCTION = """# Proof on real recordings
 
 This page shows what `exidyn diagnose` names on public recordings of real arms, and what it misses. None
 of the recordings was made by this project. They are not part of the repository; `EXIDYN_DATA` names
-their folder. `python benchmarks/diagnose_real.py --pages docs/proof.md` writes this page and its
-pictures.
+their folder. `python benchmarks/diagnose_real.py --pages docs/proof.md` writes this page.
 
 Each diagnosis starts from what a user has: a bare description without friction values, unstated
 inertias, and filters chosen from the data (except in four rows of a motor). Every name of every set
@@ -113,16 +112,6 @@ one, two, none, or one that exidyn cannot model, from a third of the noise to te
 simulates them by formulas of its own and counts what is found. The arms have data-sheet values with
 tolerances; with `--bare`, they are diagnosed without these values as well.
 """
-
-MOTOR_WORDS = """\
-One brushless motor without gear or load (ODrive; recordings of gchenfc, MIT) is spun up and reversed.
-With compensation on, the drive adds a map of its cogging to the current. The map is the current that
-holds the motor still at 2048 angles: harmonics 7 (0.862 A), 28 (0.560 A), 14 (0.349 A), 36 (0.290 A) and
-12 (0.263 A) per turn. With compensation off, the set current contains the ripple; with compensation on,
-it hardly does, since the drive adds the map afterward. The measured current contains the ripple in both
-states. A fit with given harmonics leaves 0.38 A of harmonic 7 in the set current with compensation on,
-out of phase with the map. For the set current with the same cut-off frequencies in both states (torque
-60 Hz, position 80 Hz):"""
 
 OPEN_LOOP = """\
 Position error [mm, root mean square] of models integrated from the recorded force alone, starting at the

@@ -1,9 +1,7 @@
-"""Blocks: pieces of runs that can each be left out and predicted, and sums of products over them."""
+"""Blocks: pieces of runs that can each be left out and predicted, and their rows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
-from weakref import WeakKeyDictionary
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,94 +52,74 @@ def period(run: Driven) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class BlockSums:
-    """Products over the rows that count; each list has one entry per joint."""
+class BlockRows:
+    """Rows arranged by block; places that hold no row, or a row that does not count, are zero.
 
-    pieces: tuple[slice, ...]  # rows of each block
+    Each block has l places, as many as the longest has rows. Lists have one entry per joint.
+    """
+
+    inside: np.ndarray  # which places of a block hold a row, shape (k, l)
     acting: list[np.ndarray]  # unknowns that give torque to the joint, (a,)
-    columns: list[np.ndarray]  # columns of those unknowns, (r, a)
-    torque: list[np.ndarray]  # torque to explain, (r,)
-    gram: list[np.ndarray]  # products of columns over each block, (k, a, a)
-    right: list[np.ndarray]  # products of columns and torque over each block, (k, a)
+    columns: list[np.ndarray]  # columns of those unknowns, (k, l, a)
+    torque: np.ndarray  # torque to explain, shape (k, n, l)
     counts: np.ndarray  # number of rows that count, shape (k, n)
-    base: int = 0  # number of unknowns without findings, which `known` is about
-    # cached products of candidates with the columns of these unknowns, by candidate columns; sums that `plus`
-    # derives from these share the cache
-    known: WeakKeyDictionary[Any, Any] = field(default_factory=WeakKeyDictionary)
 
     @classmethod
-    def of(cls, rows: Rows, blocks: Blocks) -> "BlockSums":
-        """Compute the products of all rows and unknowns."""
-        joints, pieces = range(rows.difference.shape[1]), blocks.rows
+    def of(cls, rows: Rows, blocks: Blocks) -> "BlockRows":
+        """Arrange all rows and unknowns."""
+        lengths = np.array([piece.stop - piece.start for piece in blocks.rows])
+        inside = np.arange(max(lengths)) < lengths[:, None]
+        joints = range(rows.difference.shape[1])
         empty = cls(
-            pieces,
+            inside,
             [np.zeros(0, int) for _ in joints],
-            [np.zeros((len(rows.difference), 0)) for _ in joints],
-            [rows.difference[:, j] * rows.weight[:, j] for j in joints],
-            [np.zeros((len(pieces), 0, 0)) for _ in joints],
-            [np.zeros((len(pieces), 0)) for _ in joints],
-            np.array([rows.weight[piece].sum(axis=0) for piece in pieces]),
+            [np.zeros((*inside.shape, 0)) for _ in joints],
+            np.moveaxis(_padded(inside, rows.difference * rows.weight), 2, 1),
+            _padded(inside, rows.weight).sum(axis=1),
         )
-        return replace(empty.plus(rows, 0), base=len(rows.std))
+        return empty.plus(rows, 0)
 
-    def plus(self, rows: Rows, count: int) -> "BlockSums":
-        """Products of rows with more unknowns after the first `count`, which these products contain."""
-        acting, columns, gram, right = [], [], [], []
+    def plus(self, rows: Rows, count: int) -> "BlockRows":
+        """The rows with more unknowns after the first `count`, which these rows contain."""
+        acting, columns = [], []
         for joint, present in enumerate(self.columns):
             places = count + np.flatnonzero(np.any(rows.columns[:, joint, count:], axis=0))
             new = rows.columns[:, joint, places] * rows.weight[:, joint, None]
-            explained = by_block(self.pieces, new, self.torque[joint])
             acting.append(np.append(self.acting[joint], places))
-            columns.append(np.concatenate([present, new], axis=1))
-            gram.append(_bordered(self.pieces, present, new, self.gram[joint]))
-            right.append(np.concatenate([self.right[joint], explained], axis=1))
-        return replace(self, acting=acting, columns=columns, gram=gram, right=right)
+            columns.append(np.concatenate([present, _padded(self.inside, new)], axis=2))
+        return replace(self, acting=acting, columns=columns)
 
-    @property
-    def square(self) -> np.ndarray:
-        """Sum of squares of the torque of each block and joint, shape (k, n) [(N m)^2]."""
-        return np.array([[float(y[piece] @ y[piece]) for y in self.torque] for piece in self.pieces])
+    def arranged(self, values: np.ndarray) -> np.ndarray:
+        """Values (..., r) of rows in sequence, arranged by block, shape (..., k, l)."""
+        arranged = np.zeros((*values.shape[:-1], *self.inside.shape))
+        arranged[..., self.inside] = values
+        return arranged
 
-    def normal_equations(self, weight: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Matrices (k, b, b) and right-hand sides (k, b) of each block, all joints weighted (k, n)."""
-        gram, right = np.zeros((len(weight), count, count)), np.zeros((len(weight), count))
-        for joint, acting in enumerate(self.acting):
-            factor = weight[:, joint, None]
-            gram[:, acting[:, None], acting] += factor[:, :, None] * self.gram[joint]
-            right[:, acting] += factor * self.right[joint]
-        return gram, right
-
-    def residual(self, values: np.ndarray) -> np.ndarray:
-        """Residual of the torque with unknowns (b,), zero where a row does not count, shape (r, n) [N m]."""
-        joints = zip(self.columns, self.torque, self.acting, strict=True)
-        return np.stack([y - columns @ values[acting] for columns, y, acting in joints], axis=1)
+    def in_sequence(self, values: np.ndarray) -> np.ndarray:
+        """Values (k, n, l) of all blocks as rows (r, n)."""
+        return np.asarray(np.moveaxis(values, 1, 2)[self.inside])
 
     def mixed(self, torque: np.ndarray, count: int) -> np.ndarray:
         """Products of the columns of all unknowns with another torque (r, n), shape (b,)."""
-        products = np.zeros(count)
-        for columns, acting, y in zip(self.columns, self.acting, torque.T, strict=True):
-            products[acting] += columns.T @ y
+        products, torque = np.zeros(count), _padded(self.inside, torque)
+        for joint, (columns, acting) in enumerate(zip(self.columns, self.acting, strict=True)):
+            products[acting] += torque[:, :, joint].ravel() @ columns.reshape(-1, len(acting))
         return products
+
+    def residual(self, values: np.ndarray) -> np.ndarray:
+        """Residual of the torque with unknowns (b,), or (k, b) if each block has its own, shape (k, n, l)."""
+        each = np.broadcast_to(values, (len(self.inside), values.shape[-1]))[:, :, None]
+        joints = zip(self.columns, self.acting, strict=True)
+        explained = [(columns @ each[:, acting])[:, :, 0] for columns, acting in joints]
+        return np.asarray(self.torque - np.stack(explained, axis=1))
 
     def errors(self, values: np.ndarray) -> np.ndarray:
         """Squared residual of each block with its own set of unknowns (k, b), shape (k, n) [(N m)^2]."""
-        squares = np.zeros(self.counts.shape)
-        joints = zip(self.columns, self.torque, self.acting, strict=True)
-        for joint, (columns, y, acting) in enumerate(joints):
-            for block, piece in enumerate(self.pieces):
-                residual = y[piece] - columns[piece] @ values[block, acting]
-                squares[block, joint] = residual @ residual
-        return squares
+        return np.asarray(np.square(self.residual(values)).sum(axis=2))
 
 
-def by_block(pieces: Sequence[slice], left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Products left' right over the rows of each block, of (r, a) and (r, ...), shape (k, a, ...)."""
-    return np.stack([left[piece].T @ right[piece] for piece in pieces])
-
-
-def _bordered(pieces: Sequence[slice], present: np.ndarray, new: np.ndarray, gram: np.ndarray) -> np.ndarray:
-    """Gram matrices of present and new columns (k, a, a), from those of the present columns (k, b, b)."""
-    mixed = by_block(pieces, present, new)
-    above = np.concatenate([gram, mixed], axis=2)
-    below = np.concatenate([mixed.transpose(0, 2, 1), by_block(pieces, new, new)], axis=2)
-    return np.concatenate([above, below], axis=1)
+def _padded(inside: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Rows (r, ...) arranged in blocks, shape (k, l, ...)."""
+    padded = np.zeros((*inside.shape, *values.shape[1:]))
+    padded[inside] = values
+    return padded

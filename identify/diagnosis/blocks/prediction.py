@@ -9,7 +9,8 @@ from ... import positive_definite
 from ...positive_definite import Factor, solve, whitening
 from ..runs.rows import Rows
 from .block_likelihood import common_variance, independent_share, log_probability, trust
-from .blocks import Blocks, BlockSums
+from .blocks import BlockRows, Blocks
+from .left_out import LeftOut
 
 TURNS = 6
 """Maximum number of iterations over unknowns, noise and trust."""
@@ -46,7 +47,7 @@ class Prediction:
     rows: Rows  # rows of the fitted runs, then of the held-out runs
     blocks: Blocks  # blocks of the rows
     rate: float  # rate of the rows [Hz]
-    sums: BlockSums  # products over the blocks
+    sums: BlockRows  # rows that count, block by block
     weighting: Weighting  # weights of blocks and joints
     nominal: np.ndarray | None = None  # errors of the baseline, (k, n) [(N m)^2]; None if this is it
 
@@ -57,15 +58,15 @@ class Prediction:
         blocks: Blocks,
         rate: float,
         similar: Weighting | None = None,
-        sums: BlockSums | None = None,
+        sums: BlockRows | None = None,
         nominal: np.ndarray | None = None,
     ) -> "Prediction":
         """Estimate noise and trust from the rows, starting from those of a similar model if given."""
-        sums = sums or BlockSums.of(rows, blocks)
+        sums = sums or BlockRows.of(rows, blocks)
         fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
         total = np.maximum((counts * fitted).sum(axis=0), 1.0)
         weighting = similar or Weighting(
-            (sums.square * fitted).sum(axis=0) / total + 1e-30,
+            (np.square(sums.torque).sum(axis=2) * fitted).sum(axis=0) / total + 1e-30,
             fitted + 0.0 * counts,
             np.ones(counts.shape[1]),
         )
@@ -74,9 +75,8 @@ class Prediction:
             variance = rows.row_variance(np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30)
             settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
             # Held-out runs must not influence the weights of fitted runs.
-            independent = independent_share(
-                sums.residual(now.values) * fitted[blocks.number], rows.runs, rate
-            )
+            residual = sums.in_sequence(sums.residual(now.values) * fitted[:, :, None])
+            independent = independent_share(residual, rows.runs, rate)
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
             first = turn == 0 and similar is None
             weighting = Weighting(variance, weighting.trust if first else trusted, independent)
@@ -90,8 +90,32 @@ class Prediction:
         return self.rows.difference.shape[1]
 
     @cached_property
+    def scale(self) -> np.ndarray:
+        """Square root of the weight of each block and joint, (k, n); held-out blocks count as fitted."""
+        if_fitted = self.weighting.independent / self.weighting.variance
+        return np.sqrt(np.where(self.blocks.fitted[:, None], self.weighting.weight, if_fitted))
+
+    @cached_property
+    def whitened(self) -> list[np.ndarray]:
+        """Columns of the unknowns that act on each joint, times the scale of each block, [n] of (k, l, a)."""
+        joints = zip(self.sums.columns, self.scale.T, strict=True)
+        return [columns * scale[:, None, None] for columns, scale in joints]
+
+    @cached_property
+    def whitened_torque(self) -> np.ndarray:
+        """Torque to explain times the scale of each block, shape (k, n, l)."""
+        return self.sums.torque * self.scale[:, :, None]
+
+    @cached_property
     def _block_equations(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.sums.normal_equations(self.weighting.weight, len(self.rows.std))
+        """Normal matrices (k, b, b) and right-hand sides (k, b) of each fitted block, k of them."""
+        fitted, count = self.blocks.fitted, len(self.rows.std)
+        matrices, right = np.zeros((fitted.sum(), count, count)), np.zeros((fitted.sum(), count))
+        for joint, (columns, acting) in enumerate(zip(self.whitened, self.sums.acting, strict=True)):
+            rows = columns[fitted]
+            matrices[:, acting[:, None], acting] += np.swapaxes(rows, 1, 2) @ rows
+            right[:, acting] += (self.whitened_torque[fitted, joint, None] @ rows)[:, 0]
+        return matrices, right
 
     @cached_property
     def precision(self) -> np.ndarray:
@@ -101,8 +125,8 @@ class Prediction:
     @cached_property
     def normal(self) -> tuple[np.ndarray, np.ndarray]:
         """Normal matrix (b, b) and right-hand side (b,) of all fitted blocks and the priors."""
-        gram, right = self._block_equations
-        return gram.sum(axis=0) + np.diag(self.precision), right.sum(axis=0) + self.precision * self.rows.mean
+        matrices, right = (blocks.sum(axis=0) for blocks in self._block_equations)
+        return matrices + np.diag(self.precision), right + self.precision * self.rows.mean
 
     @cached_property
     def factor(self) -> Factor:
@@ -120,19 +144,15 @@ class Prediction:
         return solve(self.factor, self.normal[1])
 
     @cached_property
-    def factors(self) -> list[Factor]:
-        """Factors of the normal matrix without each block."""
-        return [factored(self.normal[0] - gram) for gram in self._block_equations[0]]
+    def factors(self) -> dict[int, Factor]:
+        """Fitted block -> factor of the normal matrix without it."""
+        fitted, matrices = np.flatnonzero(self.blocks.fitted).tolist(), self._block_equations[0]
+        return {k: factored(self.normal[0] - own) for k, own in zip(fitted, matrices, strict=True)}
 
     @cached_property
     def root(self) -> np.ndarray:
         """Root W (b, b) of the inverse of the normal matrix, which is W' W."""
         return whitening(self.factor)
-
-    @cached_property
-    def roots(self) -> np.ndarray:
-        """Roots of the inverse of the normal matrix without each block, shape (k, b, b)."""
-        return np.array([whitening(factor) for factor in self.factors])
 
     @cached_property
     def root_of_blocks(self) -> np.ndarray:
@@ -152,19 +172,25 @@ class Prediction:
         return rms_torque(self.rows.columns[:, :, self.rows.limited])
 
     @cached_property
-    def left_out(self) -> np.ndarray:
-        """Unknowns fitted without each block, shape (k, b)."""
-        right = self.normal[1] - self._block_equations[1]
-        return np.array([solve(factor, side) for factor, side in zip(self.factors, right, strict=True)])
+    def leaving_out(self) -> LeftOut:
+        """What a residual of the fit becomes in each block when this block is left out."""
+        roots = {block: whitening(factor) for block, factor in self.factors.items()}
+        inverses = {block: root.T @ root for block, root in roots.items()}
+        return LeftOut(self.whitened, self.sums.acting, inverses)
 
     @cached_property
-    def slopes(self) -> list[np.ndarray]:
-        """Products of columns with the left-out residual of each block, [n] of (k, a)."""
-        sums, values = self.sums, self.left_out
-        return [
-            right - np.einsum("kab,kb->ka", gram, values[:, acting])
-            for gram, right, acting in zip(sums.gram, sums.right, sums.acting, strict=True)
-        ]
+    def left_out(self) -> np.ndarray:
+        """Unknowns fitted without each block, shape (k, b)."""
+        values = np.tile(self.values, (len(self.blocks), 1))
+        rights = self.normal[1] - self._block_equations[1]
+        for (block, factor), right in zip(self.factors.items(), rights, strict=True):
+            values[block] = solve(factor, right)
+        return values
+
+    @cached_property
+    def whitened_errors(self) -> np.ndarray:
+        """Residual of each block when the others predict it, times the block's scale, shape (k, n, l)."""
+        return self.sums.residual(self.left_out) * self.scale[:, :, None]
 
     @cached_property
     def errors(self) -> np.ndarray:
@@ -178,11 +204,8 @@ class Prediction:
 
     @cached_property
     def left_out_residual(self) -> np.ndarray:
-        """Residual of each block when the others predict it, shape (r, n) [N m]."""
-        residual = self.rows.difference.copy()
-        for rows, values in zip(self.blocks.rows, self.left_out, strict=True):
-            residual[rows] -= self.rows.columns[rows] @ values
-        return residual
+        """Residual of each block predicted by the others, (r, n) [N m]; zero where a row does not count."""
+        return self.sums.in_sequence(self.sums.residual(self.left_out))
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -224,7 +247,7 @@ class Prediction:
         """Independent rows over all rows (n,) for the torque (r, n) of a new effect, unknowns refitted."""
         torque = torque * self.rows.weight
         mixed = self.sums.mixed(self.weighting.weight[self.blocks.number] * torque, len(self.rows.std))
-        residual = self.sums.residual(self.values - solve(self.factor, mixed)) - torque
+        residual = self.sums.in_sequence(self.sums.residual(self.values - solve(self.factor, mixed))) - torque
         return independent_share(residual, self.rows.runs, self.rate, torque)
 
 

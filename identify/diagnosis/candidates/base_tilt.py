@@ -76,10 +76,10 @@ def mounted_differently(model: Model, prediction: Prediction, runs: Sequence[Dri
 
 
 def gravity_columns(model: Model, run: Driven, fields: np.ndarray) -> np.ndarray:
-    """Motor torque in gravity fields (a, 3) [m/s^2], shape (t, n, a) [N m]; payloads included."""
+    """Motor torque in gravity fields (a, 3) [m/s^2], shape (t, n, a) [N m]; of all bodies found so far."""
     columns = []
     for field in fields:
-        bodies = run.unloaded.bodies.copy()
+        bodies = run.bodies.copy()
         bodies.gravity = pin.Motion(field, np.zeros(3))
         data = bodies.createData()
         torque = [pin.computeGeneralizedGravity(bodies, data, q).copy() for q in run.motion.position]

@@ -12,8 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from ...arm.rigid_regressor import INERTIAL
+from ...arm.robot import Robot
 from ...effects import Payload, RigidBody
-from ...effects.rigid_body import inertial_priors
+from ...effects.rigid_body import body_inertia, inertial_parameters, inertial_priors, is_body
 from ...fit.estimators.consistent import of_pseudo_inertia, pseudo_inertia
 from ...model import Model
 from ...text_table import NORMAL_95
@@ -126,27 +127,32 @@ def _center_of(finding: Finding, known: Mapping[str, Any]) -> dict[str, str]:
     return {"centre": "({:.0f}, {:.0f}, {:.0f})".format(*(1e3 * values / mass.value)), "shift": shift}
 
 
-def _with_other_link(arm: Arm, finding: Hypothesis) -> Arm | None:
-    [link] = finding.joints
-    return _heavier(arm, link, _found_body(finding, str(link + 1)))
-
-
-def _with_payload(arm: Arm, finding: Hypothesis) -> Arm | None:
-    """The arm whose last link includes the body."""
-    placement = arm.model.robot.flange.homogeneous
-    return _heavier(arm, arm.model.robot.dof - 1, placement @ _found_body(finding) @ placement.T)
-
-
-def _heavier(arm: Arm, link: int, body: np.ndarray) -> Arm | None:
-    """The arm with a body added to a link, given by its pseudo-inertia (4, 4) in the link's frame."""
+def _with_body(arm: Arm, finding: Hypothesis) -> Arm | None:
+    """The arm with the body found added to its link, or to the last one."""
+    link, body = _on_link(arm.model.robot, finding.joints, finding.numbers)
     pairs = zip(INERTIAL, of_pseudo_inertia(body), strict=True)
     more = {f"{name}{link + 1}": float(value) for name, value in pairs}
     return arm.with_values(more) if set(more) <= set(arm.model.names) else None
 
 
-def _found_body(finding: Hypothesis, ending: str = "") -> np.ndarray:
-    """Pseudo-inertia (4, 4) from a finding's parameters with this name ending; missing ones are zero."""
-    return pseudo_inertia(np.array([finding.numbers.get(f"{name}{ending}", 0.0) for name in INERTIAL]))
+def _on_link(robot: Robot, joints: Sequence[int], numbers: Mapping[str, float]) -> tuple[int, np.ndarray]:
+    """Link that has a body found, and the body's pseudo-inertia (4, 4) in the frame of that link."""
+    ending = str(joints[0] + 1) if joints else ""
+    body = pseudo_inertia(np.array([numbers.get(f"{name}{ending}", 0.0) for name in INERTIAL]))
+    placement = np.eye(4) if joints else robot.flange.homogeneous
+    return joints[0] if joints else robot.dof - 1, placement @ body @ placement.T
+
+
+def with_found(bodies: pin.Model, robot: Robot, candidate: Candidate, values: np.ndarray) -> pin.Model:
+    """Bodies of an arm with that of a finding (p,); unchanged if it finds none, or if it leaves no mass."""
+    if candidate.effect not in ("link_inertia", "payload"):
+        return bodies
+    link, found = _on_link(robot, candidate.joints, dict(zip(candidate.names, values, strict=True)))
+    total = inertial_parameters(bodies.inertias[link + 1]) + of_pseudo_inertia(found)
+    if is_body(total):
+        bodies = bodies.copy()
+        bodies.inertias[link + 1] = body_inertia(total)
+    return bodies
 
 
 KINDS = {
@@ -157,7 +163,7 @@ KINDS = {
         drawn_against=("position", "acceleration"),
         ask=_links,
         derived=_center,
-        held=_with_other_link,
+        held=_with_body,
         of_body=True,
         mistaken_for=("payload", "spring_balancer", "drive_gain"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
@@ -171,7 +177,7 @@ KINDS = {
         ask=_payloads,
         ask_first=_unless_stated,
         derived=_center,
-        held=_with_payload,
+        held=_with_body,
         of_body=True,
         mistaken_for=("link_inertia", "drive_gain"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",

@@ -15,7 +15,7 @@ from ..blocks.prediction import Prediction
 from ..findings.finding import Finding
 from ..findings.kind import Kind
 from ..findings.quantities import Formatted, length
-from ..questions.candidate import Candidate
+from ..questions.candidate import UNNAMED, Candidate
 from ..runs.driven import Driven
 from ..runs.usable import HELD_OUT
 from .parts import RARE, on_joint
@@ -35,7 +35,7 @@ MOVED = 0.5
 def disturbances(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:
     """On each joint, the wave in time that dominates the residual, if the motion has no such wave."""
     fitted = [run for run in runs if run.role != HELD_OUT]
-    names = tuple(run.prepared.name for run in fitted)
+    names = tuple(run.prepared.name for run in runs)
     moving = np.concatenate([_moving(run) for run in fitted])
     for joint in range(model.robot.dof):
         residuals = [
@@ -51,25 +51,26 @@ def disturbances(model: Model, prediction: Prediction, runs: Sequence[Driven]) -
         if unexplained > (1.0 - MAIN) * sum(float(residual @ residual) for residual in residuals):
             continue
         if _unexplained(moving, np.concatenate(waves)) > (1.0 - MOVED) * sum(wave.size / 2 for wave in waves):
-            yield _disturbance(joint, frequency, step, names, among)
+            yield _disturbance(joint, frequency, step, names, len(fitted), among)
 
 
-def _disturbance(joint: int, frequency: float, step: float, names: tuple[str, ...], among: int) -> Candidate:
-    """One wave with a separate phase in each fitted run; its phase in any other run is unknown."""
+def _disturbance(
+    joint: int, frequency: float, step: float, names: tuple[str, ...], fitted: int, among: int
+) -> Candidate:
+    """One wave with a separate phase in each run; a held-out run alone shows its own."""
     count = 2 * len(names)
+    unnamed = tuple(f"{UNNAMED}{place}" for place in range(count - 2 * fitted))
 
     def columns(run: Driven) -> np.ndarray:
-        torque = np.zeros((len(run.motion), count))
-        if run.prepared.name in names:
-            place = 2 * names.index(run.prepared.name)
-            torque[:, place : place + 2] = _waves(run.motion.time, frequency)
+        torque, place = np.zeros((len(run.motion), count)), 2 * names.index(run.prepared.name)
+        torque[:, place : place + 2] = _waves(run.motion.time, frequency)
         return on_joint(run, joint, torque)
 
     return Candidate(
-        NAME, (joint,), columns, _names(len(names)), ("N m",) * count, (-np.inf,) * count,
+        NAME, (joint,), columns, (*_names(fitted), *unnamed), ("N m",) * count, (-np.inf,) * count,
         {"frequency": frequency},
         {"frequency": Shape("Hz", frequency - step, frequency + step)},
-        lambda shape: _disturbance(joint, shape["frequency"], step, names, among),
+        lambda shape: _disturbance(joint, shape["frequency"], step, names, fitted, among),
         rows=(joint,), among=among, prior=RARE, by_run=True, listed=False,
     )  # fmt: skip
 

@@ -35,6 +35,8 @@ SHAPES = {"knee": Shape("1", 0.05, 0.9), "width": Shape("1", 0.02, 5.0), "ceilin
 """Parameters of a drive's saturation, which are torques over the largest torque of all runs."""
 CLIPS = (0.6, 0.8, 0.9, 0.97)
 """Torque at which a recorded current is clipped, over the largest torque of all runs [-]."""
+LEAK = 0.1
+"""Expected share of another joint's current that a sensor reads too [-]; coupled motors share all of it."""
 ENDS = 0.15
 """Standard deviation of the clipped share from 1 [-]: the accuracy of the model's torque."""
 
@@ -128,8 +130,9 @@ def _clipped(arm: Arm, finding: Hypothesis) -> Arm | None:
 
 
 def _crosstalks(model: Model) -> Iterator[Candidate]:
-    """Current sensors that also read another joint's current."""
-    return by_another(model, "current_crosstalk", lambda run, joint, other: run.torque[:, other], ("leak",))
+    """Current sensors that also read a small share of another joint's current."""
+    leaks = by_another(model, "current_crosstalk", lambda run, joint, other: run.torque[:, other], ("leak",))
+    return (replace(candidate, expected=((0.0, LEAK),)) for candidate in leaks)
 
 
 def _sags(model: Model) -> Iterator[Candidate]:

@@ -31,6 +31,8 @@ MOST_PRELOAD = 3.0
 """Largest preload, over a joint's usual load [-]: beyond it, friction grows with the square of the load."""
 EXPONENTS = (1.0, 1.5, 2.0)
 """Exponents of Stribeck friction that are tried [-]: those in the literature, which differ by a tenth."""
+DRY = ("Fc", "coulomb_friction Fc", "coulomb_friction Fg", "hysteresis Fh")
+"""Unknowns for dry friction of full size, that of the model first; the joint number follows."""
 VARYING = 0.3
 """Expected variation of dry friction with position, share of the joint's usual torque [-]: friction always
 opposes motion, so it varies by less than its mean. Nothing else limits waves where a joint did not move."""
@@ -110,7 +112,8 @@ def _position_dependent(model: Model) -> Iterator[Candidate]:
     def smaller(candidate: Candidate, effect: Effect) -> Candidate:
         multiples = range(1, getattr(effect, "count", 1) + 1)
         proportion = tuple(1.0 / multiple for multiple in multiples for _ in range(2))
-        return replace(candidate, size=VARYING, proportion=proportion)
+        dry = tuple(f"{name}{candidate.joints[0] + 1}" for name in DRY)
+        return replace(candidate, size=VARYING, proportion=proportion, varies=dry)
 
     name = "position_dependent_friction"
     return on_each_joint(model, name, KINDS[name], smaller)

@@ -39,7 +39,7 @@ def compensations(model: Model) -> Iterator[Candidate]:
     names, lower = ((LOADING,), (0.0,)) if weightless else ((COMPENSATED,), (-np.inf,))
     yield Candidate(
         "gravity_compensation", (), columns, names, ("1",), lower, smooth=True, expected=EXPECTED,
-        carried=True, prior=RARE, listed=False,
+        carried=True, loaded=True, prior=RARE, listed=False,
     )  # fmt: skip
 
 

@@ -27,12 +27,12 @@ from ..runs.driven import Driven, link_torque
 from .parts import coupled, of_effect, on_motors
 
 NAME = "kinematic_coupling"
-RATIOS = (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)
+RATIOS = (-2.0, -1.0, -0.5, -0.2, 0.2, 0.5, 1.0, 2.0)
 """Coupling ratios c that are tried [-]."""
 MOVED = (-1.0, -0.5, 0.5, 1.0)
 """Coupling ratios that are tried for displaced links, as of belts and bevel gears [-]."""
-TURNS = np.array([0.25, 3.0])
-"""Smallest and largest coupling ratio [-]: a smaller one is no gear and is masked by friction."""
+TURNS = np.array([0.05, 3.0])
+"""Smallest and largest coupling ratio [-]: of a belt that another joint displaces a little, and of a gear."""
 SCATTER = 0.1
 """Standard deviation of the coefficient from 1, since the ratio gives the size [-]: the error of bodies."""
 

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from ...arm.newton_euler import joints_of
-from ...arm.tangent import knots, over_knots
+from ...arm.tangent import Tangent, knots, over_knots, tangent
 from ...effects import Effect, JointSpring, SpringBalancer
 from ...model import Model
 from ..findings.arm import Arm
@@ -38,15 +38,20 @@ NAMES = ("first", "second")
 def encoder_zeros(model: Model) -> Iterator[Candidate]:
     """An error of the encoder zero of each joint."""
     springs = replace(model, effects=tuple(e for e in model.effects if isinstance(e, SPRINGS)))
+
+    @cached
+    def slopes(run: Driven) -> Tangent:
+        return run.unloaded.tangent if run.found is None else tangent(run.found, run.motion)
+
     for joint in range(model.robot.dof):
 
         def columns(run: Driven, joint: int = joint) -> np.ndarray:
-            bodies = run.unloaded.tangent.position[joint] @ model.robot.to_motors.T
+            bodies = slopes(run).position[joint] @ model.robot.to_motors.T
             return (bodies + _by_position(springs, model, run, joint))[:, :, None]
 
         yield Candidate(
             "encoder_offset", (joint,), columns, ("zero",), ("rad",), (-np.inf,), expected=((0.0, MISSET),),
-            carried=True,
+            carried=True, loaded=True,
         )  # fmt: skip
 
 

@@ -25,18 +25,12 @@ from .parts import RARE
 
 APART = 1.5
 """Ratio between successive delays [-]."""
-DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(6))
-"""Delays that are tried [s], up to 30 ms; a shorter one is proportional to the torque rate."""
+DELAYS = tuple(sign * 1.2e-3 * APART**step for sign in (-1.0, 1.0) for step in range(9))
+"""Delays that are tried [s], from 1.2 to 31 ms; shorter ones are within the clock errors of any recording."""
 DEVIATION = "deviation"
 """Name of the difference between one drive's delay and the common delay; the joint number follows."""
-LINEAR = 4e-3
-"""Largest delay whose effect is proportional to the torque rate [s]; equal to the smallest in `DELAYS`."""
 WHOLE = 1e-6
 """Standard deviation of the coefficient from 1 [-]: a delayed torque is there in full."""
-OWN_CLOCK = ((0.0, 5e-3),)
-"""Prior mean and standard deviation of a short delay [s]: a telegram or two of the slowest fieldbus."""
-
-
 TELEGRAM = 5e-3
 """Standard deviation of one drive's delay from the common delay [s]: one telegram."""
 
@@ -46,55 +40,22 @@ def delays(model: Model) -> Iterator[Candidate]:
     robot, between = model.robot, cached(_between, loaded=False)
     drives = [joint for joint, name in enumerate(robot.joints) if name not in robot.passive]
     if len(drives) < 2:  # the common delay of a single drive is that of its joint
-        yield from _short_and_long(tuple(drives) if robot.dof > 1 else (), 1.0, between)
+        yield from (_of(tuple(drives) if robot.dof > 1 else (), delay, 1.0, between) for delay in DELAYS)
         return
-    yield _short((), 1.0)
     yield from (_common(drives, delay, between) for delay in DELAYS)
     for joint in drives:
-        yield from _short_and_long((joint,), RARE, between)
+        yield from (_of((joint,), delay, RARE, between) for delay in DELAYS)
 
 
-def _require_measured(run: Driven) -> None:
-    """Check that the torque was measured: a computed one has the positions' clock, and their noise.
-
-    Raises:
-        NotRecorded: The torque is computed from the positions.
-    """
-    if run.prepared.computed:
-        raise NotRecorded("the torque is computed from the positions, whose clock it shares")
-
-
-def _short_and_long(
-    joints: tuple[int, ...], prior: float, between: Callable[[Driven], PPoly]
-) -> Iterator[Candidate]:
-    """Short and long delays of some drives together."""
-    yield _short(joints, prior)
-    yield from (_long(joints, delay, prior, between) for delay in DELAYS)
-
-
-def _short(joints: tuple[int, ...], prior: float) -> Candidate:
-    """A short delay, whose effect is proportional to the torque rate."""
-
-    def columns(run: Driven) -> np.ndarray:
-        _require_measured(run)
-        return _of_drives(joints, -torque_rate(run))
-
-    return Candidate(
-        "time_delay", joints, columns, ("delay",), ("s",), (-np.inf,), expected=OWN_CLOCK, most=LINEAR,
-        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
-    )  # fmt: skip
-
-
-def _long(
-    joints: tuple[int, ...], delay: float, prior: float, between: Callable[[Driven], PPoly]
-) -> Candidate:
-    """A long delay: the recorded torque of some drives minus the torque recorded later by the delay.
+def _of(joints: tuple[int, ...], delay: float, prior: float, between: Callable[[Driven], PPoly]) -> Candidate:
+    """A delay: the recorded torque of some drives minus the torque recorded later by the delay.
 
     With a coefficient of 1, this shifts the recording including its noise; a smaller one would average noise.
     """
 
     def columns(run: Driven) -> np.ndarray:
-        _require_measured(run)
+        if run.prepared.computed:
+            raise NotRecorded("the torque is computed from the positions, whose clock it shares")
         time, recorded = run.motion.time, run.prepared.gain * run.prepared.current
         drives, change = list(joints) or slice(None), np.zeros_like(recorded)
         spline = between(run)
@@ -105,14 +66,14 @@ def _long(
     bounds = {"delay": Shape("s", *sorted((delay / APART, delay * APART)))}
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
-        lambda shape: _long(joints, shape["delay"], prior, between), expected=((1.0, WHOLE),),
+        lambda shape: _of(joints, shape["delay"], prior, between), expected=((1.0, WHOLE),),
         everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
     )  # fmt: skip
 
 
 def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPoly]) -> Candidate:
     """A common delay of all drives, and the deviation of each drive from it."""
-    common = _long((), delay, 1.0, between)
+    common = _of((), delay, 1.0, between)
 
     def columns(run: Driven) -> np.ndarray:
         deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)

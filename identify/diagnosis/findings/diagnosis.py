@@ -39,7 +39,9 @@ class Simulated:
     """How a simulated run agrees with its recording."""
 
     run: str  # name of the run
-    torque_rms_before: np.ndarray  # simulated minus recorded torque of the nominal arm, shape (n,) [N m]
+    torque_rms_before: (
+        np.ndarray
+    )  # simulated minus recorded torque of the arm without findings, shape (n,) [N m]
     torque_rms_after: np.ndarray  # simulated minus recorded torque of the arm with findings, shape (n,) [N m]
     left_out: tuple[str, ...]  # effects of findings that the simulation does not contain
 
@@ -62,8 +64,8 @@ class Diagnosis(InNotebook):
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
             multiples of it.
-        torque_rms_before: Residual of the held-out runs with nominal values; only friction, offsets and
-            unstated parameters are fitted, shape (n,) [N m]; None without held-out runs.
+        torque_rms_before: Residual of the held-out runs without findings, all parameters fitted within their
+            tolerances, as by `identify`, shape (n,) [N m]; None without held-out runs.
         torque_rms_after: Residual of the held-out runs with findings, all parameters fitted within their
             tolerances, shape (n,) [N m]; None without held-out runs.
         torque_rms_filter_hz: Cut-off frequency of the comparison [Hz].

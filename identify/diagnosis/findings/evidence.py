@@ -22,7 +22,7 @@ class Trace:
     temperature: np.ndarray  # shape (r, n) [degC]; NaN where it was not measured
     motor_angle: np.ndarray  # angle of each motor's shaft, shape (r, n) [rad]
     measured: np.ndarray  # torque by currents and nominal gains, shape (r, n) [N m]
-    before: np.ndarray  # residual of the nominal model, friction and offsets fitted, shape (r, n) [N m]
+    before: np.ndarray  # residual without findings, shape (r, n) [N m]
     after: np.ndarray  # residual with all findings, shape (r, n) [N m]
     explained: np.ndarray  # torque of each finding, shape (f, r, n) [N m]
     weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
@@ -33,9 +33,9 @@ class Evidence:
     """Models without and with the findings, and the traces of all runs."""
 
     model: Model  # nominal, with the payloads of the runs
-    before: np.ndarray  # nominal parameters, with friction and offsets fitted, shape (p,)
+    before: np.ndarray  # parameters fitted within their tolerances without findings, shape (p,)
     after: np.ndarray  # parameters fitted within their tolerances together with the findings, shape (p,)
-    gain_before: np.ndarray  # nominal drive gains, shape (n,) [N m/A]; 1 where torque was recorded
+    gain_before: np.ndarray  # drive gains without findings, shape (n,) [N m/A]; 1 where torque was recorded
     gain_after: np.ndarray  # drive gains fitted within their tolerances, shape (n,) [N m/A]
     noise: np.ndarray  # noise floor of each joint's torque behind the filter, shape (n,) [N m]
     traces: tuple[Trace, ...]  # held-out runs first

@@ -17,7 +17,7 @@ FOUND = "found.toml"
 
 
 def as_nominal(known: Evidence) -> Arm:
-    """The nominal arm with fitted friction and offsets."""
+    """The arm without findings, its parameters fitted within their tolerances."""
     return Arm(known.model, known.before, known.gain_before, peak=known.peak)
 
 

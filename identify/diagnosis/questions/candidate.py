@@ -56,7 +56,6 @@ class Candidate:
     expected: tuple[tuple[float, float], ...] | None = None
     among: int = 1  # number of shapes from which a first look chose it
     prior: float = 1.0  # prior weight relative to other hypotheses [-]
-    most: float = np.inf  # largest coefficient for which its columns are valid
     everywhere: bool = False  # whether every joint must be predicted better
     covers: bool = False  # whether it includes this effect on every joint, so that none is tested with it
     # name and joints of the group of effects with the same torque to which it belongs
@@ -70,7 +69,9 @@ class Candidate:
     loaded: bool = False  # whether its columns depend on motor torque or gear load
     carried: bool = False  # whether the gears transmit its torque
     reloads: bool = False  # whether the torque of all motors is fitted again with it
-    by_run: bool = False  # whether each fitted run has separate coefficients, so that no other run shows it
+    by_run: bool = False  # whether each run has coefficients of its own, so that no other run shows it
+    # unknowns of the dry friction that it varies, the joint's in the model first: their sum must not push
+    varies: tuple[str, ...] = ()
     listed: bool = True  # whether the vocabulary has a name for it
     span: float = 0.0  # smallest range of its first joint's position that shows it [rad]
     gear_ratio: float = 1.0  # gear ratio of its first joint; 1 if unknown [-]

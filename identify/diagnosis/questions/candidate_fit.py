@@ -1,6 +1,6 @@
 """Candidate fit: coefficients of candidates from all fitted blocks, within physical limits."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,8 @@ from .candidate import Candidate, Thinned
 
 FORMULA = 0.1
 """Error of formulas for friction and gears, share of their torque [-]: none is better than a tenth."""
+SLIDING = 0.9
+"""Share of its full column from which on dry friction has its full size [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,15 +67,17 @@ def fitted(matrix: np.ndarray, right: np.ndarray, alike: Sequence[tuple[Candidat
             for (candidate, _), is_free in zip(alike, free, strict=True)
         ]
     )
-    most = np.array([candidate.most for candidate, _ in alike])
-    excluded = led | ~np.any(free, axis=1) | np.any(np.abs(values) > most[:, None], axis=1)
-    possible = ~excluded & np.all(np.isfinite(values), axis=1)
+    possible = ~led & np.any(free, axis=1) & np.all(np.isfinite(values), axis=1)
     fits = Fitted(values, free, precision, mean, np.ones(len(alike), bool))
     return fits.possible_where(possible)
 
 
 def within_limits(
-    prediction: Prediction, decrease: np.ndarray, matrix: np.ndarray, columns: Sequence[Thinned], fits: Fitted
+    prediction: Prediction,
+    decrease: np.ndarray,
+    matrix: np.ndarray,
+    alike: Sequence[tuple[Candidate, Thinned]],
+    fits: Fitted,
 ) -> Fitted:
     """Exclude candidates that push another unknown beyond its physical limit.
 
@@ -84,7 +88,7 @@ def within_limits(
         prediction: Prediction without the candidates.
         decrease: Decrease of the limited unknowns per unit of each coefficient, (i, p, l).
         matrix: Normal matrices of the coefficients, all other unknowns eliminated, shape (i, p, p).
-        columns: Columns of the candidates.
+        alike: Candidates and their columns.
         fits: Fitted coefficients.
     """
     places = prediction.rows.limited
@@ -96,12 +100,34 @@ def within_limits(
     variance = np.sum(free_decrease * np.linalg.solve(fits.held(matrix), free_decrease), axis=1)
     std = np.sqrt(prediction.limited_std**2 + np.maximum(variance, 0.0))
     below = np.minimum(lower, before) - STRANGE * std - after
-    possible = np.ones(len(columns), bool)
+    possible = np.ones(len(alike), bool)
     for number in np.flatnonzero(fits.possible & np.any(below > 0.0, axis=1)).tolist():
-        torque = float(rms_torque((columns[number].values @ fits.values[number])[:, :, None])[0])
+        torque = float(rms_torque((alike[number][1].values @ fits.values[number])[:, :, None])[0])
         tolerance = FORMULA * torque / np.maximum(prediction.limited_size, 1e-300)
         possible[number] = not np.any(below[number] > tolerance)
+    for number, (candidate, _) in enumerate(alike):
+        if candidate.varies and fits.possible[number]:
+            most = dict(zip(places.tolist(), after[number] + STRANGE * std[number], strict=True))
+            possible[number] &= not _pushes(prediction, *alike[number], fits.values[number], most)
     return fits.possible_where(possible)
+
+
+def _pushes(
+    prediction: Prediction,
+    candidate: Candidate,
+    columns: Thinned,
+    coefficients: np.ndarray,
+    most: Mapping[int, float],
+) -> bool:
+    """Whether a variation of dry friction exceeds it, for the largest credible values of limited unknowns."""
+    rows, [joint] = prediction.rows, candidate.joints
+    places = [place for place in most if rows.names[place] in candidate.varies]
+    if not places or rows.names[places[0]] != candidate.varies[0]:
+        return False  # the model has no dry friction here that could be less
+    sign, torque = rows.columns[:, joint, places[0]], columns.values[:, columns.joints == joint]
+    slides = np.abs(sign) > SLIDING * np.max(np.abs(sign), initial=0.0)
+    lowest = np.min((torque[:, 0] @ coefficients)[slides] / sign[slides], initial=0.0)
+    return bool(sum(most[place] for place in places) - rows.lower[places[0]] < (FORMULA - 1.0) * lowest)
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, values: np.ndarray, free: np.ndarray) -> np.ndarray:

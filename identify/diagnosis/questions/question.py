@@ -1,7 +1,6 @@
 """Question: would the columns of a candidate have predicted the left-out blocks better?"""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -9,11 +8,11 @@ from ..blocks.block_likelihood import strain, strains, trusted
 from ..blocks.prediction import Prediction
 from .block_answer import Answer, prior_std
 from .candidate import Candidate, Thinned
-from .candidate_fit import Fitted, fitted, solved, with_diagonal, within_limits
-from .products import Products
+from .candidate_fit import Fitted, fitted, within_limits
+from .eliminated import Eliminated, gram
 
-TOGETHER = 48
-"""Candidates that are evaluated at once: some tens of megabytes of products."""
+TOGETHER = 1e6
+"""Numbers that the columns of candidates evaluated at once have: they stay in the processor's cache."""
 
 
 def ask(
@@ -26,23 +25,24 @@ def ask(
         pairs: Candidates and their columns.
         strange: Whether to include candidates that physics excludes only in this shape.
     """
-    groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
+    groups: dict[int, list[tuple[Candidate, Thinned]]] = {}
     for pair in pairs:
-        groups.setdefault((pair[1].values.shape[2], *pair[1].joints), []).append(pair)
+        groups.setdefault(pair[1].values.shape[2], []).append(pair)
     return [
         answer
-        for alike in groups.values()
-        for start in range(0, len(alike), TOGETHER)
-        for answer in _answers(prediction, alike[start : start + TOGETHER])
+        for count, alike in groups.items()
+        for together in [max(1, int(TOGETHER / (count * prediction.whitened_errors.size)))]
+        for start in range(0, len(alike), together)
+        for answer in _answers(prediction, alike[start : start + together])
         if strange or not answer.strange
     ]
 
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
-    """Answers of candidates on the same joints with the same number of columns."""
-    products = Products.of(prediction, [columns for _, columns in alike])
-    fits, relief = _fitted(prediction, products, alike)
-    errors, along, size = _predicted(prediction, products, fits)
+    """Answers of candidates with the same number of columns."""
+    eliminated = Eliminated.of(prediction, [columns for _, columns in alike])
+    fits, relief = _fitted(eliminated, alike)
+    errors, along, size = _compared(prediction, eliminated.predicted(fits))
     share = prediction.weighting.independent
     gains = prediction.log_probability(errors, share) - prediction.log_probability_now
     return [
@@ -57,7 +57,10 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
 
 
 def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
-    """Change of every block's prediction by the others with an answer's effect, shape (r, n) [N m]."""
+    """Change of every block's prediction by the others with an answer's effect, shape (r, n) [N m].
+
+    It is zero where a row does not count.
+    """
     candidate, columns = answer.candidate, answer.columns
     fits = Fitted(
         answer.values[None],
@@ -66,76 +69,37 @@ def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
         columns.mean[None],
         np.ones(1, bool),
     )
-    coefficients, change = _without(prediction, Products.of(prediction, [columns]), fits)
-    torque = np.zeros(prediction.rows.difference.shape)
-    for place, rows in enumerate(prediction.blocks.rows):
-        torque[rows] = -prediction.rows.columns[rows] @ change[place, 0]
-        torque[rows.start : rows.stop, columns.joints] += columns.values[rows] @ coefficients[place, 0]
-    return torque
+    [change] = Eliminated.of(prediction, [columns]).predicted(fits)
+    return prediction.sums.in_sequence(change / prediction.scale[:, :, None])
 
 
-class _Eliminated(NamedTuple):
-    """Normal equations of candidates, from which the unknowns of the prediction are eliminated."""
-
-    whitened: np.ndarray  # products with the unknowns, whitened, shape (..., i, p, b)
-    matrix: np.ndarray  # normal matrices of the coefficients, shape (..., i, p, p)
-    right: np.ndarray  # right-hand sides, shape (..., i, p)
-
-    @classmethod
-    def of(
-        cls, root: np.ndarray, mixed: np.ndarray, matrix: np.ndarray, right: np.ndarray, values: np.ndarray
-    ) -> "_Eliminated":
-        """Eliminate the unknowns, s of which act on the joints of the candidates.
-
-        Args:
-            root: Columns of the s unknowns in the root of the inverse normal matrix, shape (..., b, s).
-            mixed: Products of candidates with the s unknowns, shape (..., i, p, s).
-            matrix: Products of candidates with themselves, shape (..., i, p, p).
-            right: Products of candidates with the torque, shape (..., i, p).
-            values: Values of the s unknowns without candidates, shape (..., s).
-        """
-        flat = mixed.reshape(*right.shape[:-2], -1, mixed.shape[-1])
-        whitened = (flat @ np.swapaxes(root, -1, -2)).reshape(*right.shape, -1)
-        explained = (flat @ values[..., None]).reshape(right.shape)
-        return cls(whitened, matrix - gram(whitened), right - explained)
-
-    def decrease(self, root: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """Decrease of unknowns (..., i, s) by coefficients (..., i, p), given the root's columns of these."""
-        return combined(coefficients, self.whitened) @ root
-
-
-def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Linear combinations (..., b) of rows (..., p, b); faster than matrix products for few rows."""
-    return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
-
-
-def gram(rows: np.ndarray) -> np.ndarray:
-    """Products of rows (..., p, b) with each other, shape (..., p, p)."""
-    if rows.shape[-2] == 1:  # thousands of matrices of one element
-        return np.einsum("...pb,...pb->...p", rows, rows)[..., None]
-    return np.asarray(rows @ np.swapaxes(rows, -1, -2))
-
-
-def _fitted(
-    prediction: Prediction, products: Products, alike: Sequence[tuple[Candidate, Thinned]]
-) -> tuple[Fitted, np.ndarray]:
+def _fitted(eliminated: Eliminated, alike: Sequence[tuple[Candidate, Thinned]]) -> tuple[Fitted, np.ndarray]:
     """Coefficients from all fitted blocks, and the gain of the priors with each candidate, shape (i,)."""
-    mixed, root = products.mixed.sum(axis=0), prediction.root
-    eliminated = _Eliminated.of(
-        root[:, products.places], mixed, products.weighted.sum(axis=0), products.torque.sum(axis=0),
-        prediction.values[products.places],
-    )  # fmt: skip
-    limited = eliminated.whitened @ root[:, prediction.rows.limited]
+    prediction = eliminated.prediction
+    limited = eliminated.whitened @ prediction.root[:, prediction.rows.limited]
     fits = fitted(eliminated.matrix, eliminated.right, alike)
-    fits = within_limits(prediction, limited, eliminated.matrix, [columns for _, columns in alike], fits)
+    fits = within_limits(prediction, limited, eliminated.matrix, alike, fits)
     # Information on the coefficients from priors of the model, beyond that from blocks.
-    of_blocks = (mixed.reshape(-1, mixed.shape[2]) @ prediction.root_of_blocks[:, products.places].T).reshape(
-        eliminated.whitened.shape
-    )
-    informed = gram(of_blocks) - gram(eliminated.whitened)
-    change = eliminated.decrease(root, fits.values)
+    informed = gram(eliminated.products @ prediction.root_of_blocks.T) - gram(eliminated.whitened)
+    change = eliminated.decrease(fits.values)
     candidates = [candidate for candidate, _ in alike]
     return fits, _relief(prediction, change, fits, candidates) - _optimism(eliminated.matrix, informed, fits)
+
+
+def _compared(prediction: Prediction, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k).
+
+    Args:
+        prediction: Prediction without the candidates.
+        change: Change of the whitened prediction of each block with each candidate, shape (i, k, n, l).
+    """
+    noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
+    linear = np.einsum("iknl,knl->ikn", change, prediction.whitened_errors) / prediction.scale**2
+    square = np.einsum("iknl,iknl->ikn", change, change) / prediction.scale**2
+    errors = np.maximum(prediction.errors - 2.0 * linear + square, 1e-12)
+    # A block predicted from motions too unlike its own is down-weighted, as in a fit.
+    weight = noise * trusted(share * noise * errors, share * prediction.sums.counts)
+    return errors, (weight * linear).sum(axis=2), (weight * square).sum(axis=2)
 
 
 def _cost(candidate: Candidate) -> float:
@@ -182,49 +146,3 @@ def _optimism(matrix: np.ndarray, informed: np.ndarray, fits: Fitted) -> np.ndar
     """
     free = fits.free[:, :, None] & fits.free[:, None, :]
     return np.trace(np.linalg.solve(fits.held(matrix), np.where(free, informed, 0.0)), axis1=1, axis2=2)
-
-
-def _predicted(
-    prediction: Prediction, products: Products, fits: Fitted
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k)."""
-    sums, noise = prediction.sums, 1.0 / prediction.weighting.variance
-    share = prediction.weighting.independent
-    coefficients, change = _without(prediction, products, fits)
-    errors = np.repeat(prediction.errors[:, None], len(fits.values), axis=1)
-    along, size = np.zeros(errors.shape[:2]), np.zeros(errors.shape[:2])
-    places = {int(joint): place for place, joint in enumerate(products.joints)}
-    for joint, acting in enumerate(sums.acting):
-        decrease = change[:, :, acting]
-        linear = -(decrease @ prediction.slopes[joint][:, :, None])[..., 0]
-        square = np.einsum("kia,kia->ki", decrease, decrease @ sums.gram[joint])
-        if joint in places:
-            place = places[joint]
-            effect = combined(coefficients, products.parts[place])
-            explained = effect @ prediction.left_out[:, acting, None]
-            linear += np.einsum("kip,kip->ki", coefficients, products.by_torque[:, place]) - explained[..., 0]
-            twice = combined(coefficients, products.gram[:, place])
-            square += np.einsum("kip,kip->ki", twice, coefficients)
-            square -= 2.0 * np.einsum("kia,kia->ki", effect, decrease)
-        errors[:, :, joint] = np.maximum(errors[:, :, joint] - 2.0 * linear + square, 1e-12)
-        # A block predicted from motions too unlike its own is down-weighted, as in a fit.
-        rows = share[joint] * sums.counts[:, joint, None]
-        weight = noise[joint] * trusted(share[joint] * noise[joint] * errors[:, :, joint], rows)
-        along += weight * linear
-        size += weight * square
-    return errors.transpose(1, 0, 2), along.T, size.T
-
-
-def _without(prediction: Prediction, products: Products, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients (k, i, p), and decrease of the unknowns (k, i, b), fitted without each block."""
-    mixed, matrix, right = (
-        blocks.sum(axis=0) - blocks for blocks in (products.mixed, products.weighted, products.torque)
-    )
-    places = products.places
-    eliminated = _Eliminated.of(
-        prediction.roots[:, :, places], mixed, matrix, right, prediction.left_out[:, places]
-    )
-    matrix = with_diagonal(eliminated.matrix, fits.precision)
-    right = eliminated.right + fits.precision * fits.mean
-    coefficients = solved(matrix, right, fits.values, fits.free)
-    return coefficients, eliminated.decrease(prediction.roots, coefficients)

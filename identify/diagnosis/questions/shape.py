@@ -42,7 +42,7 @@ def refined(
         best = colouring(prediction, best)
         before = best.gain
         for name in choices:
-            best, choices[name] = _along(prediction, best, runs, name)
+            best, choices[name] = along(prediction, best, runs, name)
         if len(choices) < 2 or best.gain < before + WORTH:
             break
     if len(choices) > 1:
@@ -60,7 +60,7 @@ def _over_grid(prediction: Prediction, best: Answer, grid: Sequence[tuple[Candid
     return float(best.gain + best.cost - mean)
 
 
-def _along(prediction: Prediction, start: Answer, runs: Sequence[Driven], name: str) -> tuple[Answer, float]:
+def along(prediction: Prediction, start: Answer, runs: Sequence[Driven], name: str) -> tuple[Answer, float]:
     """Vary one parameter, on a log scale if its bounds are positive and far apart; return the cost too."""
     bounds = start.candidate.bounds[name]
     log_scale = bounds.low > 0 and bounds.high / bounds.low > 5

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..blocks.prediction import Prediction
 from ..candidates import dependence_of
 from ..findings.residuals import Budget, Change, Located, Remainder, Share
 from ..questions.block_answer import Answer
@@ -12,41 +13,41 @@ from ..search.problem import Problem
 from ..search.selected import Selected
 
 NOISE, OTHER = "sensor noise", "nothing that was recorded"
+TOLERATED = "drive gains, clock errors and reversals of friction"
+"""What a search fits besides the model and its findings."""
 
 
 def budget(
-    problem: Problem, findings: tuple[Selected, ...], residual_answers: list[Answer], noise: np.ndarray
+    predictions: Sequence[Prediction], residual_answers: list[Answer], noise: np.ndarray, names: Sequence[str]
 ) -> Budget:
     """Shares of the squared residual of the baseline, in blocks that were not used to fit it.
 
-    Findings take their shares in the order in which they were found. The remaining residual is divided in
-    proportion to what smooth functions of position, velocity, load, time, ... predict of it. The shares of a
-    joint add up to one.
+    Findings take their shares in the order in which they were found, then the nuisances of the final model.
+    The remaining residual is divided in proportion to what smooth functions of position, velocity, load,
+    time, ... predict of it. The shares of a joint add up to one.
 
     Args:
-        problem: Problem with the runs.
-        findings: Findings in the order in which they were found.
-        residual_answers: Answers of smooth functions added to all findings.
+        predictions: Predictions of the baseline with none, one, ... and all f findings, then the final one.
+        residual_answers: Answers of smooth functions added to the final prediction.
         noise: Noise of each joint's torque, shape (n,) [N m]; zero if unknown.
+        names: Names of the held-out runs.
     """
-    judged, answers = _judging(problem), [selected.answer for selected in findings]
-    predictions = (problem.prediction(answers[:count]) for count in range(len(findings) + 1))
-    # Residual power of each joint with 0, 1, 2, ... findings, shape (f + 1, n) [(N m)^2].
+    judged = _judging(predictions[-1].blocks.fitted)
+    # Residual power of each joint, shape (f + 2, n) [(N m)^2].
     powers = np.array([prediction.power(prediction.errors, judged) for prediction in predictions])
     total = np.maximum(powers[0], 1e-300)
     steps = np.maximum(powers[:-1] - powers[1:], 0.0)
-    # If a finding makes a joint worse, the shares of the other findings shrink.
+    # If a step makes a joint worse, the shares of the other steps shrink.
     scale = (powers[0] - powers[-1]) / np.maximum(steps.sum(axis=0), 1e-300)
     steps = steps * np.clip(scale, 0.0, 1.0)
     remainder = total - steps.sum(axis=0)
     quiet = np.minimum(noise**2, remainder)
-    kinds = _kinds(problem, residual_answers, remainder - quiet, judged)
-    shares = [Share(place, "", 100.0 * step / total) for place, step in enumerate(steps)]
+    kinds = {TOLERATED: steps[-1]} | _kinds(residual_answers, remainder - quiet, judged)
+    shares = [Share(place, "", 100.0 * step / total) for place, step in enumerate(steps[:-1])]
     shares += [Share(None, kind, 100.0 * power / total) for kind, power in kinds.items()]
     shares += [Share(None, NOISE, 100.0 * quiet / total)]
     measured = [share for share in shares if share.kind != NOISE or np.any(share.percent > 0.0)]
-    held_out = tuple(run.prepared.name for run in problem.held_out)
-    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(sorted(measured, key=_order)), held_out)
+    return Budget(np.sqrt(total), np.sqrt(powers[-1]), tuple(sorted(measured, key=_order)), tuple(names))
 
 
 def _order(share: Share) -> tuple[int, float]:
@@ -56,13 +57,13 @@ def _order(share: Share) -> tuple[int, float]:
     return {NOISE: 2, OTHER: 3}.get(share.kind, 1), -float(np.nanmax(share.percent))
 
 
-def _judging(problem: Problem) -> np.ndarray:
+def _judging(fitted: np.ndarray) -> np.ndarray:
     """Mask of the blocks that are evaluated, shape (k,): held-out blocks, or all if there are none."""
-    return ~problem.blocks.fitted if len(problem.held_out) else np.ones(len(problem.blocks), bool)
+    return fitted if np.all(fitted) else ~fitted
 
 
 def _kinds(
-    problem: Problem, residual_answers: list[Answer], remainder: np.ndarray, judged: np.ndarray
+    residual_answers: list[Answer], remainder: np.ndarray, judged: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Remaining power (n,) by kind, in proportion to what each kind of smooth function alone predicts."""
     explained: dict[str, np.ndarray] = {}
@@ -107,7 +108,7 @@ MOST = 20
 
 def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
     """Candidates that predict most when each is added alone, the best first."""
-    judged = _judging(problem)
+    judged = _judging(problem.blocks.fitted)
     rows = [_change(answer, judged) for answer in single if answer.gain > 0.0]
     return sorted(rows, key=lambda change: change.squared_error_percent)[:MOST]
 

@@ -6,34 +6,38 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...effects.torque_curve import ABSCISSAE, SPLINES
 from ...model import Model
-from ...positive_definite import solve
+from ...positive_definite import NOTHING, solve
 from ..blocks.prediction import Prediction, factored
+from ..candidates import dependence_of
 from ..findings.evidence import Evidence, Trace
 from ..questions.block_answer import prior_std
 from ..questions.candidate import Candidate, Thinned
+from ..questions.candidate_fit import FORMULA
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, GAIN, Rows
 from ..search.search import SearchResult
+from .other_shapes import deviations_over_shapes
 
 
-def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
+def evidence(result: SearchResult, baseline: Prediction, noise: np.ndarray) -> Evidence:
     """Evidence of a diagnosis, held-out runs first; `noise` is the noise floor of each joint (n,) [N m]."""
-    model, nominal, fitted = result.problem.model, nominal_unknowns(result), result.prediction.values
+    model, fitted = result.problem.model, _with_phases(result)
     rows, count = result.prediction.rows, len(model.names)
-    before, parts = rows.difference - rows.columns @ nominal, explained(result, rows, fitted)
+    remaining, parts = rows.difference - rows.columns @ fitted, explained(result, rows, fitted)
     traces = []
     for run, places in zip(result.problem.runs, rows.runs, strict=True):
-        after, weight = result.prediction.residual[places], result.problem.base.weight[places]
-        residuals = before[places], after, parts[:, places], weight
+        weight = result.problem.base.weight[places]
+        residuals = baseline.residual[places], remaining[places], parts[:, places], weight
         traces.append(_trace(model, run, *residuals))
     fitted_runs = len(result.problem.fitted)
     return Evidence(
         model=model,
-        before=model.nominal_values + nominal[:count],
+        before=model.nominal_values + baseline.values[:count],
         after=model.nominal_values + fitted[:count],
-        gain_before=_gains(result, nominal),
-        gain_after=_gains(result, fitted),
+        gain_before=_gains(result, baseline),
+        gain_after=_gains(result, result.prediction),
         noise=noise,
         traces=(*traces[fitted_runs:], *traces[:fitted_runs]),
         filtering=result.problem.runs[0].filtering,
@@ -41,10 +45,17 @@ def evidence(result: SearchResult, noise: np.ndarray) -> Evidence:
     )
 
 
-def nominal_unknowns(result: SearchResult) -> np.ndarray:
-    """Unknowns (b,) of the nominal model without findings; unstated parameters are fitted."""
-    nominal = result.problem.nominal_unknowns(result.without_findings)
-    return np.append(nominal, np.zeros(len(result.prediction.rows.names) - len(nominal)))
+def _with_phases(result: SearchResult) -> np.ndarray:
+    """Unknowns (b,) of the fit, with those that each run has to itself fitted to the held-out runs too."""
+    values, rows = np.array(result.prediction.values), result.prediction.rows
+    weight = rows.weight * ~result.problem.blocks.fitted[result.problem.blocks.number][:, None]
+    for place, selected in enumerate(result.selected):
+        own = places_of(result, place)
+        columns = (rows.columns[:, :, own] * weight[:, :, None]).reshape(-1, len(own))
+        shown = np.any(columns, axis=0) & selected.answer.candidate.by_run
+        residual = ((rows.difference - rows.columns @ values) * weight).ravel()
+        values[own[shown]] += np.linalg.lstsq(columns[:, shown], residual, rcond=None)[0]
+    return values
 
 
 def places_of(result: SearchResult, place: int) -> np.ndarray:
@@ -61,10 +72,10 @@ def explained(result: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarra
     return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 
-def _gains(result: SearchResult, values: np.ndarray) -> np.ndarray:
-    """Drive gains (n,) from the unknowns (b,), which contain the share of torque that nominal gains lack."""
+def _gains(result: SearchResult, prediction: Prediction) -> np.ndarray:
+    """Drive gains (n,) of a prediction, whose unknowns are the shares of torque that nominal gains lack."""
     nominal = result.problem.runs[0].prepared.gain
-    places = dict(zip(result.prediction.rows.names, values, strict=True))
+    places = dict(zip(prediction.rows.names, prediction.values, strict=True))
     lacking = np.array([places.get(f"{GAIN}{joint + 1}", 0.0) for joint in range(len(nominal))])
     return nominal / (1.0 - lacking)
 
@@ -134,7 +145,25 @@ def with_shapes(result: SearchResult) -> Spread:
         rows = rows.plus([name for _, name in numbers], columns, spread)
     if numbers or not np.array_equal(std, prediction.rows.std):
         prediction = Prediction.of(rows, prediction.blocks, prediction.rate)
-    return Spread(prediction, numbers, _covariance(result, prediction))
+    of_all = Spread(prediction, numbers, _covariance(result, prediction))
+    for place, selected in enumerate(result.selected):
+        if ranges[place] and dependence_of(selected.answer.candidate) not in ABSCISSAE:
+            _add_formula_error(result, of_all, place)
+    return of_all
+
+
+def _add_formula_error(result: SearchResult, spread: Spread, place: int) -> None:
+    """Add the error of a finding's formula to its covariance, unless that is among the unknowns as a curve.
+
+    It is alike in all blocks, so their scatter does not show it. As in a curve, it has `SPLINES` parts,
+    and each number alone may explain one of them.
+    """
+    prediction, (unknowns, _), own = spread.prediction, spread.of(result, place), places_of(result, place)
+    rows, weight = prediction.rows, prediction.weighting.weight[prediction.blocks.number]
+    torque = rows.columns[:, :, own] @ result.prediction.values[own]
+    part = FORMULA**2 * np.sum(weight * torque**2) / SPLINES
+    slopes = np.einsum("rnq,rn->q", rows.columns[:, :, unknowns] ** 2, weight)
+    spread.covariance[unknowns, unknowns] += 1.0 / (slopes / max(part, NOTHING) + rows.std[unknowns] ** -2.0)
 
 
 def _unlimited(result: SearchResult) -> np.ndarray:
@@ -175,17 +204,24 @@ def _covariance(result: SearchResult, prediction: Prediction) -> np.ndarray:
 def deviations(
     result: SearchResult, spread: Spread | None = None
 ) -> list[tuple[np.ndarray, dict[str, float]]]:
-    """Standard deviations of each finding: coefficients (p,), and shape numbers by name."""
+    """Standard deviations of each finding: coefficients (p,), and shape numbers by name.
+
+    Each is that near the best shape, or the deviation over all likely shapes if that is larger.
+    """
     spread = spread or with_shapes(result)
-    std = np.sqrt(np.diag(spread.covariance))
-    shapes = [dict.fromkeys(selected.answer.candidate.bounds, 0.0) for selected in result.selected]
-    behind = std[len(std) - len(spread.shapes) :]
-    for (place, name), deviation in zip(spread.shapes, behind, strict=True):
-        shapes[place][name] = float(deviation)
-    return [
-        (std[places_of(result, place)], shape | _of_reported(result.selected[place].answer.candidate, shape))
-        for place, shape in enumerate(shapes)
-    ]
+    near, fixed = (
+        np.sqrt(np.diag(covariance)) for covariance in (spread.covariance, result.prediction.covariance)
+    )
+    deviations_of_all = []
+    for place, selected in enumerate(result.selected):
+        candidate, (unknowns, names) = selected.answer.candidate, spread.of(result, place)
+        over, shape_over = deviations_over_shapes(result, place)
+        count = len(over)
+        std = np.maximum(near[unknowns[:count]], np.hypot(fixed[unknowns[:count]], over))
+        shape = dict(zip(names, near[unknowns[count:]].tolist(), strict=True))
+        shape = {name: max(shape.get(name, 0.0), shape_over[name]) for name in candidate.bounds}
+        deviations_of_all.append((std, shape | _of_reported(candidate, shape)))
+    return deviations_of_all
 
 
 def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:

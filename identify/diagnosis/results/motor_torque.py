@@ -29,14 +29,18 @@ tenfold, so about a thousandth remains."""
 
 
 def with_all_torque(result: SearchResult) -> SearchResult:
-    """The result with all findings in the motor torque; unchanged if torque was recorded."""
+    """The result with all findings in the motor torque; unchanged if torque was recorded.
+
+    It is unchanged too if no gain is stated: torque then means current, whatever the gain.
+    """
     start, answers = result.problem, answers_of(result.selected)
+    unstated = bool(np.all(start.model.robot.drive_gain == 1.0))
     missing = [
         place
         for place, finding in enumerate(result.selected)
         if not finding.once and _is_missing(finding.answer)
     ]
-    if not missing or start.runs[0].prepared.measures != "current":
+    if not missing or unstated or start.runs[0].prepared.measures != "current":
         return result
     for _ in range(TURNS):
         values = [result.prediction.values[places_of(result, place)] for place in missing]

@@ -4,16 +4,18 @@ The residual is tested for smooth functions of recorded quantities: powers, wave
 features without physics; whatever they explain is missing in the model and has no name.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
 
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
+from ...text_table import digits
 from ..blocks.prediction import Prediction
+from ..blocks.spectral_line import LINES, spectral_line
 from ..candidates.parts import on_joint
+from ..candidates.torque_ripple import PASSED, line_above_cutoff
 from ..findings.residuals import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
@@ -34,20 +36,16 @@ MATERIAL = 0.3
 worth a run [-]."""
 MAIN = 0.7
 """`MATERIAL` without a noise floor, when the residual itself is the level: half of its square [-]."""
-AROUND = 161
-"""Number of frequencies whose median is the level around a spectral line, which is then known to a tenth."""
-PASSED = 0.7
-"""Share of the highest frequency up to which torque passes the filter unchanged [-]."""
 SLOWEST = 1.0
 """Lowest frequency of a vibration; slower waves are motions [Hz]."""
+FEWEST = 64
+"""Fewest rows of a run with a spectrum."""
 BEYOND = 2.0
 """Residual over the noise floor above which a remainder is reported even without a dependence [-]: moving
 drives are noisier than drives at rest, but their noise has less than four times the power."""
 GUESSED = 10.0
 """`BEYOND` for a noise floor that was guessed from high frequencies [-]: noise has more power at low
 frequencies, but never a hundred times as much."""
-LINES = 1e-4
-"""Probability that noise alone has a spectral line that stands out as much."""
 
 
 def _position(run: Driven, joint: int) -> list[np.ndarray]:
@@ -160,6 +158,21 @@ def remainders(
     return rows
 
 
+def fast_ripples(runs: Sequence[Driven], noise: np.ndarray, units: Sequence[str]) -> Iterator[Remainder]:
+    """Waves over position that the filter of the comparison removes, and the cut-off that shows them.
+
+    The noise floor (n,) is that behind the filter [N m].
+    """
+    for joint, floor in enumerate(noise.tolist()):
+        if (fast := line_above_cutoff(runs, joint)) is not None:
+            waves = (
+                f"{round(fast.waves)} waves per turn of the joint, {digits(fast.amplitude, 2)} {units[joint]}"
+            )
+            cure = f"above the filter's cut-off: raise --torque-cutoff to {np.ceil(fast.cutoff):.0f} Hz"
+            over = fast.amplitude / np.sqrt(2.0) / floor
+            yield Remainder(joint, float(over), 1 - LINES, f"position, {waves}, {cure}")
+
+
 def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarray) -> SearchResult:
     """The result with the unnamed residual on the joint of each finding, relative to what that explains.
 
@@ -203,38 +216,20 @@ def line(prediction: Prediction, joint: int) -> float:
     A vibration appears in every run; a line in one run alone comes from a swept sine. The residual is not
     whitened, since whitening removes lines.
     """
-    # Runs of different lengths are compared frequency by frequency.
-    rate, runs = prediction.rate, prediction.rows.runs
-    longest = max(rows.stop - rows.start for rows in runs)
-    length = 2 ** int(np.ceil(np.log2(2 * longest)))
-    lowest = int(SLOWEST * length / rate)
-    levels = _over_their_level(prediction, joint, lowest, length)
-    spectra = [ratio for ratio in levels if ratio is not None]
-    if not spectra:
-        return 0.0
-    several = min(2, len(spectra))
-    ratios = np.sort(spectra, axis=0)[-several]
-    worst, pairs = int(np.argmax(ratios)), len(spectra) * (len(spectra) - 1) / 2 if several == 2 else 1
-    # The power of noise is exponential; the factor allows for neighbors that a window correlates.
-    chance = -np.expm1(len(ratios) * np.log1p(-min(pairs * np.exp(-several * ratios[worst] / 1.5), 0.5)))
-    return float((worst + lowest) * rate / length) if chance < LINES else 0.0
-
-
-def _over_their_level(
-    prediction: Prediction, joint: int, lowest: int, length: int
-) -> Iterator[np.ndarray | None]:
-    """Power spectrum of each run's residual over its local level, on a common frequency grid."""
     counts, residual = prediction.rows.weight[:, joint] > 0, prediction.residual[:, joint]
-    for rows in prediction.rows.runs:
-        moving = residual[rows][counts[rows]]
-        if len(moving) < 64:
-            yield None
-            continue
-        power = np.abs(np.fft.rfft(moving * np.hanning(len(moving)), length)) ** 2
-        # Above `PASSED`, the filter has removed the torque.
-        inner = power[lowest : int(PASSED * len(power))]
-        window = AROUND * max(length // len(moving), 1)
-        yield inner / (ndimage.median_filter(inner, window, mode="reflect") / np.log(2))
+    runs = [residual[rows][counts[rows]] for rows in prediction.rows.runs]
+    runs = [moving for moving in runs if len(moving) >= FEWEST]
+    if not runs:
+        return 0.0
+    # Runs of different lengths are compared frequency by frequency.
+    lengths = [len(moving) for moving in runs]
+    length = 2 ** int(np.ceil(np.log2(2 * max(lengths))))
+    spectra = [np.abs(np.fft.rfft(moving * np.hanning(len(moving)), length)) ** 2 for moving in runs]
+    lowest = int(SLOWEST * length / prediction.rate)
+    # Above `PASSED`, the filter has removed the torque.
+    inner = np.array(spectra)[:, lowest : int(PASSED * len(spectra[0]))]
+    place = spectral_line(inner, max(length // min(lengths), 1))
+    return 0.0 if place is None else float((place + lowest) * prediction.rate / length)
 
 
 def rms(values: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -207,7 +207,9 @@ def left_out(
     torques = columns[:, :, : len(finding.values)] @ finding.values
     [torque] = rms_torque(torques[:, :, None])
     uncertain = np.sqrt(np.einsum("rnp,pq,rnq->", columns, covariance, columns) / max(rows, 1))
-    alone = np.sqrt(np.diag(covariance)) * rms_torque(columns)
+    # Over all likely shapes, a number may be less certain than near the best one.
+    known_std = [parameters[name].std if name in parameters else 0.0 for name in finding.names]
+    alone = np.fmax(np.sqrt(np.diag(covariance)), known_std) * rms_torque(columns)
     unknown = (NORMAL_95 * alone > MUCH * torque) | (TOGETHER * alone**2 > uncertain**2)
     numbers = {
         name: _beside_what(result, spread, finding, int(unknown_place))

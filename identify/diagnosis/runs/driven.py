@@ -66,6 +66,12 @@ class Driven:
     torque: np.ndarray  # motor torque of the fitted model, at full rate, shape (t, n) [N m]
     unloaded: Unloaded  # quantities of this run that do not depend on the load
     peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for this run
+    found: pin.Model | None = None  # arm with the bodies found too; None without any
+
+    @property
+    def bodies(self) -> pin.Model:
+        """Arm with nominal links and payload, and with the bodies found so far."""
+        return self.unloaded.bodies if self.found is None else self.found
 
     @classmethod
     def of(cls, model: Model, recording: Recording, role: str, filtering: Filtering) -> "Driven":

@@ -1,4 +1,4 @@
-"""Final checks of a search: whether held-out runs support the findings and the fitted parameters."""
+"""Checks of a search: whether held-out runs contradict the findings and the fitted parameters."""
 
 from collections.abc import Callable, Sequence
 
@@ -39,14 +39,15 @@ def with_refined_shape(problem: Problem, prediction: Prediction, answer: Answer)
 def checked_by_held_out(
     problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
 ) -> list[Selected]:
-    """Findings that held-out runs do not contradict; a finding that is removed is not replaced.
+    """Findings whose torque held-out runs do not contradict.
 
-    A finding is removed if it makes the held-out runs less probable given all others, or predicts one of
-    their joints worse.
+    A finding is left out if it makes the held-out runs less probable given all others, or predicts one of
+    their joints worse. One that rests on priors, such as a drive gain, is judged by the joints alone: without
+    it, other parameters give the same torque.
     """
     with_all = problem.prediction(answers_of(selected))
-    predictive = (finding for finding in selected if finding.predicts_held_out)
-    for finding in sorted(predictive, key=lambda finding: finding.certainty):
+    judged = [finding for finding in selected if finding.predicts_held_out and not finding.by_priors]
+    for finding in sorted(judged, key=lambda finding: finding.certainty):
         others = [other for other in selected if other is not finding]
         answer = answer_beside(problem, finding.answer, answers_of(others), with_all)
         if answer and contradicted(answer):

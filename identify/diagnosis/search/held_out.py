@@ -17,6 +17,28 @@ FEW = 3
 """Fewest blocks whose scatter says anything about an effect."""
 
 
+def shown_by_held_out(answers: Sequence[Answer], total: float) -> list[Selected]:
+    """Best hypothesis for each joint that held-out runs show and fitted blocks do not contradict.
+
+    These findings are unproven: fitted blocks do not decide them.
+
+    Args:
+        answers: Answers with all findings in the model.
+        total: Sum of the prior weights of all hypotheses.
+    """
+    best: dict[int, tuple[float, Answer]] = {}
+    for answer in answers:
+        undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief
+        odds, held = odds_held_out(answer, total), ~answer.fitted
+        joint = int(np.argmax(answer.gains[held].sum(axis=0))) if np.any(held) else 0
+        excludes_zero = explains(answer.predicted[held, joint], answer.errors[held, joint])
+        supported = odds > CERTAIN_ODDS and undecided and excludes_zero
+        if supported and odds > best.get(joint, (-np.inf,))[0]:
+            best[joint] = odds, answer
+    chosen = {id(answer): (odds, answer) for odds, answer in best.values()}.values()
+    return [Selected(answer, odds, proven=False) for odds, answer in chosen]
+
+
 def odds_held_out(answer: Answer, total: float) -> float:
     """Log odds that an effect is there, from its prior and the held-out runs alone.
 
@@ -34,20 +56,15 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
     """The findings, each marked by whether its effect on fitted blocks and on held-out runs excludes zero.
 
     Only what it explains beyond all other findings counts, on the joint that shows it best. A finding is also
-    proven if nominal values could only replace it by being far off. A finding that is neither proven nor made
-    credible by held-out runs is removed: it would shift the values of the others and explain nothing.
+    proven if nominal values could only replace it by being far off.
     """
-
-    def is_proven(finding: Selected) -> bool:
-        stated = not finding.predicts_held_out or finding.answer.relief > CERTAIN_ODDS
-        return stated or _excludes_zero(problem, selected, finding)
-
-    judged = [finding._replace(proven=is_proven(finding)) for finding in selected]
-    no_held_out = bool(np.all(problem.blocks.fitted))
     return [
-        finding
-        for finding in judged
-        if finding.proven or no_held_out or finding.answer.held_out > CERTAIN_ODDS
+        finding._replace(
+            proven=not finding.predicts_held_out
+            or finding.by_priors
+            or _excludes_zero(problem, selected, finding)
+        )
+        for finding in selected
     ]
 
 

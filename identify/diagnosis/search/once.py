@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...positive_definite import inverse
 from ..blocks.prediction import LINEAR, Prediction
 from ..candidates.contact_event import Contact, candidate, contacts, share
 from ..findings.diagnosis import Moment
@@ -18,6 +19,11 @@ SEEN = 0.05
 """Gain of a joint, relative to the joint that gains most, from which on it counts as affected [-]."""
 MARGIN = 0.2
 """Time before and after a contact that is excluded with it [s]: a push begins and ends within it."""
+INTERVAL = 1.96
+"""Half width of a 95 % interval, in standard deviations."""
+PARTS = 4.0
+"""Least number of independent rows of a contact: its window is found to a quarter of its duration, so its
+residual has that many independent parts."""
 
 
 def with_contacts(problem: Problem, findings: list[Selected]) -> tuple[Problem, list[Selected]]:
@@ -32,28 +38,32 @@ def with_contacts(problem: Problem, findings: list[Selected]) -> tuple[Problem, 
 
 
 def _contact(problem: Problem, prediction: Prediction) -> tuple[Problem, Selected] | None:
-    """The problem without the samples of the most credible contact, and that contact; None without any.
-
-    On at least two joints, its torque must exceed the sensors' error of their usual torque.
-    """
+    """The problem without the samples of the most credible contact, and that contact; None without any."""
     best = next(iter(contacts(problem.model, prediction, problem.runs, problem.flange_torques)), None)
-    if best is None:
+    if best is None or not _pushes(problem, prediction, best):
         return None
-    usual = np.sqrt(np.mean(np.concatenate([run.torque for run in problem.runs]) ** 2, axis=0))
     odds = min(best.gain, best.gain_without_best_joint) - np.log(len(problem.tried))
-    if np.count_nonzero(_torque(problem, best) > LINEAR * usual) < 2 or not odds > CERTAIN_ODDS:
+    if not odds > CERTAIN_ODDS:
         return None
     selected = Selected(_answer(problem, prediction, best), odds, (), True)
     return problem.excluding(_during(problem, prediction, best)), selected
 
 
-def _torque(problem: Problem, contact: Contact) -> np.ndarray:
-    """RMS torque of a contact while it lasts, shape (n,) [N m]."""
-    flange_torque = problem.flange_torques[contact.run]
-    during = (flange_torque.time >= contact.start) & (flange_torque.time <= contact.start + contact.duration)
-    size = share(flange_torque.time[during], contact.start, contact.duration)
-    torque = flange_torque.torque[during] @ contact.force * size[:, None]
-    return np.asarray(np.sqrt(np.mean(torque**2, axis=0)))
+def _pushes(problem: Problem, prediction: Prediction, contact: Contact) -> bool:
+    """Whether the interval of a contact's force excludes zero along at least one axis.
+
+    On at least two joints, its torque must also exceed the sensors' error of their usual torque.
+    """
+    flange_torque, rows = problem.flange_torques[contact.run], prediction.rows.runs[contact.run]
+    size = share(flange_torque.time, contact.start, contact.duration)
+    columns = flange_torque.torque * size[:, None, None]
+    torque, usual = columns @ contact.force, np.concatenate([run.torque for run in problem.runs])
+    large = np.mean(torque[size > 0.0] ** 2, axis=0) > LINEAR**2 * np.mean(usual**2, axis=0)
+    during = prediction.rows.weight[rows] * (size > 0.0)[:, None]
+    left = np.sum(during * (prediction.residual[rows] - torque) ** 2, axis=0)
+    noise = np.maximum(prediction.weighting.variance / prediction.weighting.independent, left / PARTS)
+    std = np.sqrt(np.diag(inverse(np.einsum("rnp,rn,rnq->pq", columns, during / noise, columns))))
+    return np.count_nonzero(large) >= 2 and bool(np.any(np.abs(contact.force) > INTERVAL * std))
 
 
 def moments(problem: Problem, prediction: Prediction) -> list[Moment]:

@@ -12,9 +12,10 @@ import numpy as np
 from ...effects import TorqueCurve
 from ...model import Model
 from ...positive_definite import solve
-from ..blocks.blocks import Blocks, BlockSums
+from ..blocks.blocks import BlockRows, Blocks
 from ..blocks.prediction import CERTAIN, Prediction, factored
 from ..candidates import candidates
+from ..candidates.bodies import with_found
 from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
@@ -62,11 +63,12 @@ class Known:
 
     def on(self, run: Driven) -> Driven:
         """The run with the torque and load of this fit."""
-        fresh = run.after(self.model, self.values)
+        fresh, robot = replace(run.after(self.model, self.values), found=None), self.model.robot
         for candidate, values in self.carried:
             torque = candidate.columns(fresh) @ values
-            on_joints = np.linalg.solve(self.model.robot.to_motors, torque.T).T
-            fresh = fresh.with_more_load(on_joints, torque)
+            fresh = fresh.with_more_load(np.linalg.solve(robot.to_motors, torque.T).T, torque)
+            if np.any(torque):  # a body may be on the flange in some runs only
+                fresh = replace(fresh, found=with_found(fresh.bodies, robot, candidate, values))
         return replace(fresh, peak=self.peak)
 
 
@@ -113,9 +115,23 @@ class Problem:
         return cls(model, loaded, blocks, base, rows, pairs, known, flange_torques)
 
     def with_candidates(self, more: Iterable[Candidate]) -> "Problem":
-        """This problem with further candidates."""
-        added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in more]
+        """This problem with further candidates, except those that it has."""
+        present = {(candidate.key, *candidate.shape.items()) for candidate, _ in self.candidates}
+        fresh = [candidate for candidate in more if (candidate.key, *candidate.shape.items()) not in present]
+        added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in fresh]
         return replace(self, candidates=[*self.candidates, *added]) if added else self
+
+    def with_priors(self, model: Model) -> "Problem":
+        """This problem with the priors of another model, which has the same parameters."""
+        std = np.array([prior.std for prior in model.priors])
+        rows, base = (
+            replace(rows, std=np.append(std, rows.std[len(std) :])) for rows in (self.rows, self.base)
+        )
+        return replace(self, model=model, rows=rows, base=base)
+
+    def with_load_of(self, other: "Problem") -> "Problem":
+        """This problem with the load, the runs and the candidates of another one that has other priors."""
+        return other.with_priors(self.model)
 
     def columns_of(self, candidate: Candidate) -> Thinned:
         """Columns of a candidate, from a cache: the residual suggests some candidates again and again."""
@@ -197,7 +213,6 @@ class Problem:
         """Free the memory of predictions and products, once another problem has replaced this one."""
         self._recent.clear()
         self._anew.clear()
-        self._sums.known.clear()
 
     @cached_property
     def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:
@@ -210,9 +225,9 @@ class Problem:
         return _predicted(self.rows, self.blocks, self.runs, None, self._sums)
 
     @cached_property
-    def _sums(self) -> BlockSums:
-        """Products of rows without findings, which all predictions share."""
-        return BlockSums.of(self.rows, self.blocks)
+    def _sums(self) -> BlockRows:
+        """Rows without findings, arranged by block, which all predictions share."""
+        return BlockRows.of(self.rows, self.blocks)
 
     @property
     def stated(self) -> np.ndarray:
@@ -280,7 +295,7 @@ def _predicted(
     blocks: Blocks,
     runs: Sequence[Driven],
     similar: Prediction | None = None,
-    sums: BlockSums | None = None,
+    sums: BlockRows | None = None,
     nominal: np.ndarray | None = None,
 ) -> Prediction:
     rate, weighting = runs[0].prepared.decimation.output_rate, similar.weighting if similar else None

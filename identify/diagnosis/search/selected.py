@@ -33,11 +33,17 @@ class Selected(NamedTuple):
     alone: bool = False  # whether one joint alone shows an effect on the whole arm, which is then not named
     proven: bool = True  # whether its effect on fitted blocks and on held-out runs excludes zero
     unnamed: float = 0.0  # unexplained squared torque over that explained by it [-]
+    fits: bool = True  # whether the model with all findings fits its joints as correct models do
 
     @property
     def predicts_held_out(self) -> bool:
         """Whether held-out runs can support or contradict it."""
         return not self.once and not self.answer.candidate.by_run
+
+    @property
+    def by_priors(self) -> bool:
+        """Whether it is credible because nominal values would otherwise be far off."""
+        return self.answer.relief > CERTAIN_ODDS
 
     @property
     def _weights(self) -> np.ndarray:
@@ -70,7 +76,7 @@ class Selected(NamedTuple):
         Empty and NaN without such a family, or if the finding is unproven.
         """
         candidate = self.answer.candidate
-        families = (family_of(candidate), dependence_of(candidate)) if self.proven else ()
+        families = (family_of(candidate), dependence_of(candidate)) if self.proven and self.fits else ()
         shares = ((name, self._probability_of(name)) for name in families if name)
         return next(((name, p) for name, p in shares if p >= NAMED), ("", float("nan")))
 
@@ -96,7 +102,7 @@ class Selected(NamedTuple):
     @property
     def named(self) -> bool:
         """Whether its effect is certain enough to be named."""
-        return self.certainty >= NAMED and not self.alone and self.proven
+        return self.certainty >= NAMED and not self.alone and self.proven and self.fits
 
     @property
     def elsewhere(self) -> list[tuple[Answer, float]]:

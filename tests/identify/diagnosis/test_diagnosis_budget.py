@@ -8,14 +8,15 @@ import pytest
 
 from exidyn.identification.diagnosis.diagnose import noise_floor
 from exidyn.identification.diagnosis.questions.question import ask
+from exidyn.identification.diagnosis.results.baseline import baselines
 from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget, changes
+from exidyn.identification.diagnosis.results.remainder import discrepancies
 from exidyn.identification.diagnosis.runs.usable import usable
-from exidyn.identification.diagnosis.search.selected import Selected
 from exidyn.identification.preparation.prepare import Filtering
 
 from ...parts.small.small_diagnosis import diagnosis, nominal_model
 from ...parts.small.small_rows import asked, blocks, predicted, rows
-from ...parts.small.small_search import record
+from ...parts.small.small_search import drag_and_spring_search, record
 
 pytestmark = pytest.mark.slow
 
@@ -40,15 +41,19 @@ def synthetic(held_out):
 
     pairs = [asked(columns[0], (0,)), asked(columns[1], (0, 1), where=())]
     answers = ask(prediction([]), pairs)
-    runs = tuple(SimpleNamespace(prepared=SimpleNamespace(name=str(place))) for place in held_out)
-    problem = SimpleNamespace(prediction=prediction, blocks=pieces, held_out=runs)
-    return problem, tuple(Selected(one, 50.0) for one in answers)
+    return SimpleNamespace(prediction=prediction, blocks=pieces), answers
+
+
+def steps(problem, answers):
+    """Predictions with none, one, ... and all findings; the last model has nothing besides."""
+    predictions = [problem.prediction(answers[:count]) for count in range(len(answers) + 1)]
+    return [*predictions, predictions[-1]]
 
 
 @pytest.mark.parametrize("held_out", [(), (16, 17, 18, 19)])
 def test_shares_of_known_effects_are_their_powers(held_out):
     problem, found = synthetic(held_out)
-    one = budget(problem, found, [], np.full(2, WHITE))
+    one = budget(steps(problem, found), [], np.full(2, WHITE), list(map(str, held_out)))
     first, second = SIZES[0] ** 2, SIZES[1] ** 2
     total = np.array([first + second, second]) + WHITE**2
     shares = {
@@ -67,16 +72,27 @@ def test_shares_of_known_effects_are_their_powers(held_out):
 
 def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
     problem, found = synthetic(())
-    wrong = found[0]._replace(
-        answer=ask(
-            problem.prediction([]),
-            [asked(np.random.default_rng(5).normal(size=(COUNT, 2, 1)), (0, 1), where=(), effect="nothing")],
-        )[0]
-    )
-    one = budget(problem, (found[1], wrong), [], np.full(2, WHITE))
+    noise = np.random.default_rng(5).normal(size=(COUNT, 2, 1))
+    [wrong] = ask(problem.prediction([]), [asked(noise, (0, 1), where=(), effect="nothing")])
+    one = budget(steps(problem, [found[1], wrong]), [], np.full(2, WHITE), ())
     assert all(np.all(share.percent >= 0.0) for share in one.shares)
     np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
     assert np.all(one.shares[1].percent < 1.0)
+
+
+def test_the_budget_of_an_arm_adds_up_with_what_is_left():
+    found = drag_and_spring_search()
+    for kept in (found.selected, found.selected[:1], ()):
+        prediction = found.problem.prediction([one.answer for one in kept])
+        left = discrepancies(found.problem, prediction)
+        part = replace(found, selected=kept, prediction=prediction)
+        predictions = [*baselines(part), prediction]
+        one = budget(predictions, left, noise_floor(found.problem.runs)[0], ["held out"])
+        np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
+        assert all(np.all(share.percent >= 0.0) for share in one.shares)
+        if not kept:
+            kinds = {share.kind: share.percent / 100.0 for share in one.shares}
+            assert kinds[OTHER].max() < 0.2
 
 
 def test_a_diagnosis_shows_where_the_misfit_goes():
@@ -89,8 +105,7 @@ def test_a_diagnosis_shows_where_the_misfit_goes():
 
 def test_changes_are_what_a_candidate_alone_takes_from_the_error():
     problem, found = synthetic((16, 17, 18, 19))
-    answers = [one.answer for one in found]
-    table = changes(problem, answers)
+    table = changes(problem, found)
     assert [one.effect for one in table] == ["something"] * 2
     by_joint = {one.joint: one for one in table}
     first, second = SIZES[0] ** 2, SIZES[1] ** 2

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.diagnosis.blocks.block_likelihood import trusted
-from exidyn.identification.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks, BlockSums
+from exidyn.identification.diagnosis.blocks.blocks import FEWEST, MOST, SHORTEST, Blocks
 from exidyn.identification.diagnosis.questions.block_answer import prior_std
 from exidyn.identification.diagnosis.questions.question import ask
 from exidyn.identification.diagnosis.search.selected import contradicted
@@ -98,8 +98,10 @@ def question(case, given, random, **more):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case):
-    given, pieces, random = system(0)
+@pytest.mark.parametrize("lengths", [LENGTHS, (2,) * (COUNT // 2)])  # more, and fewer rows than unknowns
+def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case, lengths):
+    given, _, random = system(0)
+    pieces = blocks(lengths, HELD_OUT)
     given, pair = question(case, given, random)
     prediction = predicted(given, pieces)
     [answer] = ask(prediction, [pair])
@@ -307,23 +309,6 @@ def test_priors_that_a_candidate_relieves_support_it_as_far_as_they_were_straine
         assert answer.gain > 5.0 if sigmas > 5 else answer.gain < 1.5
     unknown = predicted(rows(torque, column, np.array([np.inf])), blocks(LENGTHS))
     assert all(abs(one.relief) < 1e-9 for one in ask(unknown, [pair]))
-
-
-def test_sums_with_further_unknowns_are_those_of_the_dense_columns():
-    given, pieces, random = system()
-    more = random.normal(size=(COUNT, JOINTS, 2))
-    more[:, 1, 0] = 0.0
-    wider = given.plus(["first", "second"], more, np.array([1.0, 2.0]))
-    sums = BlockSums.of(given, pieces).plus(wider, UNKNOWNS)
-    columns, torque = wider.columns * given.weight[:, :, None], wider.difference * given.weight
-    gram, right = sums.normal_equations(np.ones(sums.counts.shape), UNKNOWNS + 2)
-    for block, piece in enumerate(pieces.rows):
-        own = columns[piece].reshape(-1, UNKNOWNS + 2)
-        assert gram[block] == pytest.approx(own.T @ own)
-        assert right[block] == pytest.approx(own.T @ torque[piece].ravel())
-    values = random.normal(size=UNKNOWNS + 2)
-    assert sums.residual(values) == pytest.approx(torque - columns @ values)
-    assert sums.mixed(torque, UNKNOWNS + 2) == pytest.approx(np.einsum("rnb,rn->b", columns, torque))
 
 
 def test_rows_that_repeat_the_same_count_once_beside_a_prior():

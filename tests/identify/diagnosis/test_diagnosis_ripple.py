@@ -8,7 +8,7 @@ import pytest
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.diagnosis.candidates import candidates, hypotheses
-from exidyn.identification.diagnosis.candidates.torque_ripple import _peaks, ripples
+from exidyn.identification.diagnosis.candidates.torque_ripple import _peaks, line_above_cutoff, ripples
 from exidyn.identification.diagnosis.questions.candidate import Thinned
 from exidyn.identification.diagnosis.questions.shape import reshaped
 from exidyn.identification.diagnosis.results.evidence import places_of
@@ -50,7 +50,7 @@ def geared():
 
 
 @cache
-def runs(harmonic, size):
+def runs(harmonic, size, cutoff=25.0):
     """Runs of an arm with a ripple of so many waves a turn of the elbow's motor."""
     model, effect = geared(), TorqueRipple(("elbow",), harmonic=harmonic)
     plant = model + effect
@@ -66,7 +66,7 @@ def runs(harmonic, size):
             plant, true, two_joints.GAIN, slow(seed, length), model, quiet, name=f"{role}{seed}", seed=seed
         )
         made.append((role, one))
-    filtering = Filtering(position_cutoff=40.0, torque_cutoff=25.0)
+    filtering = Filtering(position_cutoff=40.0, torque_cutoff=cutoff)
     return Problem.of(model, usable(model, made, filtering)[0])
 
 
@@ -80,6 +80,15 @@ def test_a_ripple_of_any_frequency_is_named_with_it():
     assert candidate.shape["harmonic"] == pytest.approx(harmonic, rel=0.01)
     values = found.prediction.values[places_of(found, 0)]
     assert np.hypot(*values) == pytest.approx(0.3, rel=0.1)
+
+
+def test_a_ripple_that_the_filter_removes_is_located_with_the_cutoff_that_shows_it():
+    at = runs(1200 / GEAR, 0.4, 3.0)
+    line = line_above_cutoff(at.runs, 1)
+    assert line.waves == pytest.approx(1200, rel=2e-3)
+    assert line.amplitude == pytest.approx(0.4, rel=0.1)
+    assert line_above_cutoff(at.runs, 0) is None
+    assert line_above_cutoff(runs(1200 / GEAR, 0.4, line.cutoff).runs, 1) is None  # it is a candidate then
 
 
 def test_without_a_ripple_frequencies_are_asked_for_and_none_is_found():

@@ -6,7 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from exidyn.identification.diagnosis.candidates import hypotheses
 from exidyn.identification.diagnosis.candidates.base_tilt import tilts
+from exidyn.identification.diagnosis.candidates.bodies import with_found
 from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.improved.improved import as_found
 from exidyn.identification.diagnosis.words.sentences import sentence
@@ -55,6 +57,19 @@ def test_columns_are_what_gravity_adds_along_each_axis():
     # Both joints turn about the base's y axis.
     assert np.max(np.abs(columns[:, :, 0])) > 10.0
     assert np.max(np.abs(columns[:, :, 1])) < 1e-9
+
+
+def test_a_payload_that_was_found_leans_with_the_base():
+    at = sound_problem()
+    run, robot, lean = at.runs[0], at.model.robot, 1e-3
+    [payload] = hypotheses("payload", at.model)
+    values = np.array([3.0, 0.6, 0.0, 0.3, 0.2, 0.0, 0.0, 0.2, 0.0, 0.2])
+    loaded = replace(run, found=with_found(run.bodies, robot, payload, values))
+    [candidate] = tilts(at.model)
+    more = (candidate.columns(loaded) - candidate.columns(run))[:, :, 0]
+    [turned] = hypotheses("payload", leaning(at.model, lean, 0.0))
+    np.testing.assert_allclose(more, (turned.columns(run) - payload.columns(run)) @ values / lean, atol=1e-6)
+    assert np.max(np.abs(more)) > 1.0
 
 
 def test_a_base_that_leans_is_reported_with_its_angle():

@@ -9,7 +9,7 @@ from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.results.evidence import deviations, places_of
 from exidyn.identification.diagnosis.results.motor_torque import with_all_torque
 from exidyn.identification.diagnosis.search.problem import Problem
-from exidyn.identification.effects import JointSpring
+from exidyn.identification.effects import JointSpring, StribeckFriction
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.model import Model
@@ -85,3 +85,18 @@ def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_i
     [mass] = [one.parameters["M"] for one in found.findings if one.effect == "payload"]
     assert mass.value / 3.0 == pytest.approx(WRONG, abs=0.04)
     assert abs(mass.value - 3.0) <= NORMAL_95 * mass.std
+
+
+def test_where_no_gain_is_stated_friction_is_found_in_amperes():
+    """No gain scales it: nothing determines one where masses are free."""
+    stated = nominal_model()
+    robot = replace(stated.robot, drive_gain=np.ones(2), inertias_stated=False, inertial_tolerance=1.0)
+    bare = replace(stated, stated={}, robot=robot)
+    rising = StribeckFriction(("elbow",), fade=0.1, exponent=1.5)
+    runs = record(
+        [rising], {"Fs2": 2.0}, change=lambda role, motion, current: np.sign(two_joints.GAIN) * current
+    )
+    found = diagnose(bare, [(role, replace(run, model=bare)) for role, run in runs], as_recorded=True)
+    [one] = found.findings
+    assert (one.effect, one.joints) == ("stribeck_friction", (1,))
+    assert one["Fs2"].value == pytest.approx(2.0 / two_joints.GAIN[1], rel=0.05)

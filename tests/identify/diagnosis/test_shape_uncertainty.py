@@ -48,7 +48,7 @@ def searched(candidate: Candidate, torque: np.ndarray) -> SimpleNamespace:
         candidate, columns, np.array([2.0]), np.ones(1, bool), nothing, nothing, still, still, nothing,
         np.ones(1), np.ones(40, bool),
     )  # fmt: skip
-    problem = SimpleNamespace(runs=(run,))
+    problem = SimpleNamespace(runs=(run,), pairs=lambda wanted: [])
     return SimpleNamespace(prediction=prediction, selected=(Selected(answer, 100.0),), problem=problem)
 
 
@@ -102,3 +102,38 @@ def test_what_a_limit_of_physics_holds_is_as_uncertain_as_without_it():
     [(coefficients, _)] = deviations(found)
     fixed = 1.0 / np.sqrt(np.sum(np.exp(-2 * SPEED / 0.3))) * NOISE
     assert coefficients[0] == pytest.approx(fixed, rel=0.35)
+
+
+class Searching(SimpleNamespace):
+    """A problem with a constant as its only other unknown."""
+
+    def prediction(self, answers, similar=None):
+        columns = np.concatenate([np.ones((COUNT, 1, 1)), *(one.columns.values for one in answers)], axis=2)
+        return predicted(rows(self.torque[:, None], columns, np.full(columns.shape[2], 1e3)), self.blocks)
+
+
+def test_a_shape_far_away_that_predicts_as_well_widens_the_interval_to_it():
+    """As of a balancer with its angle mirrored: another speed gives the same torque with half the size."""
+    run = SimpleNamespace(torque=np.ones((COUNT, 1)), thinned=lambda columns: columns)
+
+    def twofold(speed: float) -> Candidate:
+        column = np.exp(-SPEED / speed) if speed < 1.0 else 2.0 * np.exp(-SPEED * 10.0 / speed)
+        return replace(
+            fading(speed), columns=lambda run: column[:, None, None],
+            reshape=lambda shape: twofold(shape["speed"]), reported={},
+        )  # fmt: skip
+
+    def deviation(speeds: tuple[float, ...]) -> tuple[float, float]:
+        torque = 2.0 * np.exp(-SPEED / 0.3) + noise(4)
+        pairs = [(twofold(speed), Thinned.of(twofold(speed), [run])) for speed in speeds]
+        found = searched(twofold(0.3), torque)
+        found.problem = Searching(
+            runs=(run,), torque=torque, blocks=found.prediction.blocks, pairs=lambda wanted: pairs
+        )
+        found.prediction = found.problem.prediction([found.selected[0].answer])
+        [(coefficients, shape)] = deviations(found)
+        return coefficients[0], shape["speed"]
+
+    assert max(deviation((0.1, 0.3))) < 0.05
+    # Of three equally probable shapes, one has half the size and ten times the speed.
+    assert deviation((0.1, 0.3, 3.0)) == pytest.approx((1.0 / np.sqrt(3.0), 2.7 / np.sqrt(3.0)), rel=0.1)

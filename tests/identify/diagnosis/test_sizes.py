@@ -69,7 +69,7 @@ def searched(candidate: Candidate, values: list[float], beside: np.ndarray, torq
         nothing, np.ones(1), np.ones(BLOCKS, bool),
     )  # fmt: skip
     model = SimpleNamespace(effects=(), robot=None)
-    problem = SimpleNamespace(runs=(run,), fitted=(run,), held_out=(), model=model)
+    problem = SimpleNamespace(runs=(run,), fitted=(run,), held_out=(), model=model, pairs=lambda wanted: [])
     trace = SimpleNamespace(
         position=POSITION[:, None], velocity=VELOCITY[:, None], load=LOAD[:, None], weight=np.ones((COUNT, 1))
     )

@@ -1,0 +1,132 @@
+"""Adequacy: whether the model with all findings fits the runs as correct models fit correct data.
+
+A probability among hypotheses says nothing if none of them is right. So every block is predicted by the
+others, with bodies of any mass: by parameters that all joints share, and by parameters of each joint alone.
+If nothing of this kind fits, or if each joint fits by itself but not together with the others, then columns,
+units, geometry or clocks are wrong, or an effect is missing that no hypothesis describes.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ...positive_definite import solve
+from ..blocks.prediction import UNKNOWN, Prediction, factored
+from ..findings.adequacy import Adequacy, Misfit
+from ..search.problem import Problem
+from ..search.search import SearchResult
+
+UNFITTED = 0.1
+"""Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-]."""
+APART = 2.5
+"""Left-out residual of a joint over that with separate parameters above which it fits only alone [-]."""
+OWN = 1e-3
+"""Weight of the shared parameters as a prior of separate ones, relative to the data [-]: it matters only in
+directions that one joint hardly determines."""
+CONCENTRATED = 3.0
+"""Residual of a block over that of the joint's median block from which on the misfit is in this block [-]."""
+
+
+def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
+    """The result without names where the model does not fit, and its adequacy.
+
+    One finding may make a joint fit that failed by far. If it takes several, they imitate what none of them
+    describes, and the joint fails all the same.
+    """
+    problem, answers = result.problem, [finding.answer for finding in result.selected]
+    found, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
+    imitated = set(before.failing) - set(found.failing)
+    for answer in answers:
+        if imitated:
+            imitated &= set(adequacy(problem, problem.prediction([answer], result.prediction)).failing)
+    more = tuple(misfit for misfit in before.misfits if misfit.joint in imitated)
+    failing = tuple(sorted({*found.failing, *imitated}))
+    found = replace(found, failing=failing, misfits=(*found.misfits, *more))
+    selected = [
+        finding._replace(fits=not found.fails(finding.answer.candidate.joints)) for finding in result.selected
+    ]
+    return replace(result, selected=tuple(selected)).ordered(), found
+
+
+def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
+    """Compare the left-out residual of a model to that of correct models."""
+    fitted, revolute = problem.blocks.fitted, problem.model.robot.revolute
+    shared = shared_values(prediction, len(problem.model.names))
+    errors = prediction.sums.errors(shared)
+    together, alone = errors[fitted].sum(axis=0), separate_errors(prediction, shared)[fitted].sum(axis=0)
+    runs = [run.prepared for run in problem.runs]
+    torque = np.concatenate([run.gain * run.decimated_current for run in runs])
+    counted = prediction.rows.weight * fitted[problem.blocks.number][:, None]
+    power = np.sum(counted * torque**2, axis=0)
+    failing = failing_joints(together, alone, power, revolute)
+    shares = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
+    pooled = pooled_share(together, power, revolute)
+    return Adequacy(*shares, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
+
+
+def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
+    """Unknowns fitted without each block, the first `bodies` of them without a prior, shape (k, b)."""
+    std = np.array(prediction.rows.std)
+    std[:bodies] *= UNKNOWN
+    return replace(prediction, rows=replace(prediction.rows, std=std)).left_out
+
+
+def separate_errors(prediction: Prediction, shared: np.ndarray) -> np.ndarray:
+    """Squared errors of left-out blocks with parameters of each joint alone, shape (k, n) [(N m)^2].
+
+    These parameters stay near the shared ones, shape (k, b), where the joint does not determine them.
+    """
+    sums, errors = prediction.sums, []
+    for joint, (acting, columns) in enumerate(zip(sums.acting, sums.columns, strict=True)):
+        weight, own, torque = prediction.weighting.weight[:, joint], shared[:, acting], sums.torque[:, joint]
+        grams = weight[:, None, None] * (np.swapaxes(columns, 1, 2) @ columns)
+        rights = weight[:, None] * (torque[:, None] @ columns)[:, 0]
+        matrix, side = grams.sum(axis=0), rights.sum(axis=0)
+        prior = OWN * np.diag(matrix)
+        for block, (gram, right) in enumerate(zip(grams, rights, strict=True)):
+            factor = factored(matrix - gram + np.diag(prior))
+            own[block] = solve(factor, side - right + prior * own[block])
+        errors.append(np.square(torque - (columns @ own[:, :, None])[:, :, 0]).sum(axis=1))
+    return np.stack(errors, axis=1)
+
+
+def pooled_share(errors: np.ndarray, power: np.ndarray, revolute: np.ndarray) -> float:
+    """Residual over torque of all joints together, the larger of those of N m and of N [-]."""
+    units = [joints for joints in (revolute, ~revolute) if power[joints].any()]
+    return max((float(np.sqrt(errors[j].sum() / power[j].sum())) for j in units), default=0.0)
+
+
+def failing_joints(
+    together: np.ndarray, alone: np.ndarray, power: np.ndarray, revolute: np.ndarray
+) -> tuple[int, ...]:
+    """Joints that fit only alone, and the fewest joints without whose errors the others fit together.
+
+    Args:
+        together: Sum of squared errors of each joint with shared parameters, shape (n,) [(N m)^2].
+        alone: The same with parameters of each joint alone, shape (n,) [(N m)^2].
+        power: Sum of the squared torque of each joint, shape (n,) [(N m)^2].
+        revolute: Whether the torque of each joint is in N m rather than N, shape (n,).
+    """
+    failing = together > APART**2 * alone
+    for unit in (revolute, ~revolute):
+        order = sorted(np.flatnonzero(unit), key=lambda joint: -together[joint])
+        while order and together[order].sum() > UNFITTED**2 * power[unit].sum():
+            failing[order.pop(0)] = True
+    return tuple(map(int, np.flatnonzero(failing & (power > 0.0))))
+
+
+def misfits(
+    problem: Problem, prediction: Prediction, errors: np.ndarray, failing: tuple[int, ...]
+) -> Iterator[Misfit]:
+    """Times in which squared errors (k, n) of failing joints are far larger than in most fitted blocks."""
+    blocks = problem.blocks
+    level = errors / np.maximum(prediction.sums.counts, 1.0)
+    large = (level > CONCENTRATED**2 * np.median(level[blocks.fitted], axis=0)) & blocks.fitted[:, None]
+    for run, here in zip(problem.runs, prediction.rows.runs, strict=True):
+        time = run.motion.time[run.centres]
+        for joint in failing:
+            inside = np.pad(large[blocks.number[here], joint], 1)
+            edges = np.flatnonzero(np.diff(inside.astype(int))).reshape(-1, 2)
+            for first, last in edges - [0, 1]:
+                yield Misfit(run.prepared.name, float(time[first]), float(time[last]), joint)

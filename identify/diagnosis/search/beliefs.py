@@ -1,0 +1,181 @@
+"""Beliefs: a search with free bodies, and one with the bodies as described.
+
+A simulation has the masses of the description. Free bodies fit better, but they can absorb a spring or
+a payload; bodies as described show it. Masses of a description are often wrong, too. So both are asked.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import stats
+
+from ...effects import name_of
+from ...model import Model
+from ..blocks.prediction import Prediction
+from ..findings.beliefs import Beliefs, Departure
+from ..questions.block_answer import CERTAIN_ODDS
+from ..runs.driven import Driven
+from ..runs.rows import GAIN
+from .checks import answer_beside
+from .problem import Problem
+from .search import SearchResult, search
+from .selected import Selected, answers_of, keys_of, log_prior
+
+FREE = 100.0
+"""Relative standard deviation of free inertias [-]: a flat but finite prior."""
+ALIKE = 1.02
+"""Ratio of two residuals that still counts as noise [-]."""
+RESTORED = 0.9
+"""Share of the additional squared residual of bodies as described that a finding must explain to be named
+beside free bodies [-]: what it leaves is then less than a tenth of what it explains."""
+BODIES = 2
+"""Most bodies that may differ from a description that holds. With a probability of 0.05 each, three of seven
+have one of 0.004: a description that does not hold at all is likelier."""
+SURE = 0.01
+"""Probability that any parameter of a correct model leaves its tolerance by chance [-]."""
+
+
+def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Beliefs | None]:
+    """The result with bodies as described if a few findings restore them, else that with free bodies.
+
+    Beliefs are None if the description has no bodies, or if torques are in amperes, which no mass explains.
+    """
+    free = Problem.of(with_tolerance(model, None), runs)
+    in_amperes = runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0)
+    if in_amperes or not any(effect.of_links for effect in model.effects):
+        return search(free), None
+    described_model = with_tolerance(model, model.robot.inertial_tolerance)
+    described = free.with_priors(described_model)
+    if np.all(_residual(described.without_findings) <= ALIKE * _residual(free.without_findings)):
+        result = search(described)
+        return result, _beliefs(result, described_model, result.prediction, ())
+    freely = search(free)
+    result = search(freely.problem.with_priors(described_model), freely)
+    checked = _checked(result, freely)
+    if checked is None:
+        return freely, _beliefs(freely, described_model, freely.prediction, ())
+    result, conditional, without = checked
+    return result, _beliefs(result, described_model, without, conditional)
+
+
+def with_tolerance(model: Model, tolerance: float | None) -> Model:
+    """The model with this relative standard deviation of its inertias; None for free ones."""
+    stated = tolerance is not None
+    robot = replace(
+        model.robot, inertial_tolerance=FREE if tolerance is None else tolerance, inertias_stated=stated
+    )
+    return replace(model, robot=robot)
+
+
+def _checked(
+    result: SearchResult, freely: SearchResult
+) -> tuple[SearchResult, tuple[int, ...], Prediction] | None:
+    """The result with bodies as described, its findings that free bodies absorb, and the fit without them.
+
+    None if the description does not hold: too many bodies differ, or no finding restores it. A finding that
+    explains a small part of what the description leaves is unproven.
+    """
+    selected = list(result.selected)
+    bodies = [finding for finding in selected if finding.answer.candidate.effect == "link_inertia"]
+    absorbed = _absorbed(result, freely, selected)
+    if len(bodies) > BODIES or not absorbed:
+        return None
+    problem = freely.problem.with_load_of(result.problem)
+    without = problem.prediction([f.answer for f in selected if f not in absorbed])
+    restoring = [finding for finding in absorbed if _restores(result, finding, without)]
+    if not restoring:
+        return None
+    selected = [
+        finding._replace(proven=finding.proven and (finding not in absorbed or finding in restoring))
+        for finding in selected
+    ]
+    conditional = tuple(place for place, finding in enumerate(result.selected) if finding in absorbed)
+    return replace(result, selected=tuple(selected)), conditional, without
+
+
+def _absorbed(result: SearchResult, freely: SearchResult, selected: Sequence[Selected]) -> list[Selected]:
+    """Findings that are not credible with free bodies, given all others."""
+    problem, present = freely.problem.with_load_of(result.problem), keys_of(freely.selected)
+    total = sum({candidate.key: candidate.prior for candidate, _ in problem.candidates}.values())
+    absorbed = []
+    for finding in selected:
+        if finding.once or finding.answer.candidate.key in present:
+            continue
+        others = answers_of([other for other in selected if other is not finding])
+        answer = answer_beside(problem, finding.answer, others, problem.prediction(others))
+        if answer is None or answer.odds + log_prior(answer, total) < CERTAIN_ODDS:
+            absorbed.append(finding)
+    return absorbed
+
+
+def _restores(result: SearchResult, finding: Selected, free: Prediction) -> bool:
+    """Whether bodies as described fit nearly as well as free bodies with a finding, and not without it."""
+    others = [other for other in result.selected if other is not finding]
+    joint = finding.answer.joint
+    without, with_it, freely = (
+        _residual(prediction)[joint] ** 2
+        for prediction in (result.problem.prediction(answers_of(others)), result.prediction, free)
+    )
+    return bool(without - with_it >= RESTORED * (without - freely) > 0.0)
+
+
+def _residual(prediction: Prediction) -> np.ndarray:
+    """Residual of held-out runs, or of left-out blocks without such runs, shape (n,) [N m]."""
+    judged = ~prediction.blocks.fitted
+    return np.sqrt(prediction.power(prediction.errors, judged if np.any(judged) else None))
+
+
+def _beliefs(
+    result: SearchResult, described: Model, free: Prediction, conditional: tuple[int, ...]
+) -> Beliefs:
+    return Beliefs(
+        conditional=conditional,
+        absorbed_by=tuple(departures(described, free)) if conditional else (),
+        departures=tuple(departures(described, result.prediction)),
+        described_rms=_residual(result.prediction),
+        free_rms=_residual(free),
+    )
+
+
+def departures(described: Model, prediction: Prediction) -> Iterator[Departure]:
+    """For each body, rotor and drive gain, the parameter that leaves its tolerance furthest, if any does.
+
+    Args:
+        described: Model with the stated tolerances.
+        prediction: Fit whose first unknowns are the changes of the model's parameters.
+    """
+    rows, values = prediction.rows, prediction.values
+    units = {parameter.name: parameter.unit for parameter in described.parameters}
+    groups = _groups(described)
+    stated = [
+        (name, prior.value, value, prior.std)
+        for name, prior, value in zip(described.names, described.priors, values, strict=False)
+    ]
+    stated += [
+        (name, 0.0, value, std)
+        for name, value, std in zip(rows.names, values, rows.std, strict=True)
+        if name.startswith(GAIN)
+    ]
+    counted = [row for row in stated if row[0] in groups and np.isfinite(row[3]) and row[3] > 0.0]
+    most = stats.norm.isf(SURE / 2.0 / max(len(counted), 1))
+    best: dict[tuple[str, int], Departure] = {}
+    for name, nominal, change, std in counted:
+        place, deviations = groups[name], abs(change) / std
+        if deviations > max(most, best[place].deviations if place in best else 0.0):
+            unit = units.get(name, "1")
+            best[place] = Departure(
+                *place, name, float(deviations), float(nominal), float(nominal + change), unit
+            )
+    yield from best.values()
+
+
+def _groups(model: Model) -> dict[str, tuple[str, int]]:
+    """Group and joint of each parameter that belongs to a body, a rotor or a drive, by name."""
+    groups: dict[str, tuple[str, int]] = {}
+    for effect in model.effects:
+        group = "link" if effect.of_links else "rotor" if name_of(effect) == "rotor_inertia" else ""
+        pairs = zip(effect.parameters(model.robot), effect.parameter_joints(model.robot), strict=True)
+        if group:
+            groups |= {parameter.name: (group, joint) for parameter, joint in pairs if joint is not None}
+    return groups | {f"{GAIN}{joint + 1}": ("drive gain", joint) for joint in range(model.robot.dof)}
