@@ -7,7 +7,7 @@ from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
-from ..diagnosis.words.naming import capital, change_names, effect_words
+from ..diagnosis.words.naming import capital, distinct, effect_words
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -23,7 +23,6 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..document.text import text
 from ..text_table import NORMAL_95, digits, fixed
 from .budget import budget_section
 from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
@@ -61,16 +60,10 @@ def diagnosis_document(shown: Shown) -> Document:
 
 
 def brief(shown: Shown) -> Document:
-    """The document with its verdict alone, and where the rest is."""
-    document = diagnosis_document(shown)
-    opening = document.sections[0]
+    """A document of the verdict alone, and where the rest is."""
     rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
-    return document._replace(sections=[opening._replace(blocks=[*opening.blocks, rest])], facts=())
-
-
-def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
-    """The document as text with 80 columns; see `Shown.of` for the arguments."""
-    return text(diagnosis_document(Shown.of(diagnosis, folder, forward)))
+    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), rest])
+    return Document(f"Diagnosis of {shown.diagnosis.name}", "", [opening])
 
 
 def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -179,7 +172,9 @@ def _parameters(shown: Shown) -> list[Block]:
 
 def _changes(shown: Shown) -> list[Block]:
     """Table of all candidates that alone would lower the error; empty without any."""
-    named_changes = zip(change_names(shown.diagnosis), shown.diagnosis.changes, strict=True)
+    named_changes = zip(
+        distinct(shown.diagnosis.changes, shown.diagnosis.joints), shown.diagnosis.changes, strict=True
+    )
     rows: list[list[Cell]] = [
         [
             name,

@@ -88,7 +88,7 @@ def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
 def undecided_sentence(finding: Finding, joints: Sequence[str]) -> str:
     """Sentence on an undecided finding: its joints, its hypotheses, and why it is undecided."""
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
-    known = f"{where}: the missing effect is "
+    known = f"{where}: the missing effect may be "
     if finding.family:
         sure = percent(finding.family_probability, 3)
         known = f"{where} has {FAMILIES[finding.family].words} ({sure}): "
