@@ -19,6 +19,7 @@ from ..runs.driven import Driven
 from ..runs.rows import GAIN
 from .checks import answer_beside
 from .problem import Problem
+from .ranking import total_prior
 from .search import SearchResult, search
 from .selected import Selected, answers_of, keys_of, log_prior
 
@@ -97,7 +98,7 @@ def _checked(
 def _absorbed(result: SearchResult, freely: SearchResult, selected: Sequence[Selected]) -> list[Selected]:
     """Findings that are not credible with free bodies, given all others."""
     problem, present = freely.problem.with_load_of(result.problem), keys_of(freely.selected)
-    total = sum({candidate.key: candidate.prior for candidate, _ in problem.candidates}.values())
+    total = total_prior(problem)
     absorbed = []
     for finding in selected:
         if finding.once or finding.answer.candidate.key in present:
