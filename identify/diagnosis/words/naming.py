@@ -56,7 +56,7 @@ def finding_names(diagnosis: Diagnosis) -> list[str]:
     return distinct(diagnosis.all_findings, diagnosis.joints)
 
 
-def distinct(effects: Sequence[Hypothesis] | Sequence[Change], joints: Sequence[str]) -> list[str]:
+def distinct(effects: Sequence[Hypothesis | Change], joints: Sequence[str]) -> list[str]:
     """Names of effects; those that occur several times with their shapes, "torque ripple (harmonic 7)"."""
     names = [named(effect.effect, effect.joints, joints) for effect in effects]
     return [
