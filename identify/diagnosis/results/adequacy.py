@@ -60,9 +60,10 @@ def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
     counted = prediction.rows.weight * fitted[problem.blocks.number][:, None]
     power = np.sum(counted * torque**2, axis=0)
     failing = failing_joints(together, alone, power, revolute)
-    shares = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
+    shares = [np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone)]
     pooled = pooled_share(together, power, revolute)
-    return Adequacy(*shares, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
+    places = tuple(misfits(problem, prediction, errors, failing))
+    return Adequacy(shares[0], shares[1], pooled, failing, places)
 
 
 def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
