@@ -82,7 +82,7 @@ def verdict_blocks(shown: Shown) -> list[Block]:
     limits = warnings(diagnosis, said)
     blocks: list[Block] = [Statements(said, "verdict"), findings_table(diagnosis)]
     blocks.append(Paragraph(GAIN.format(capital(gain_title(diagnosis)))))
-    return [*blocks, *([Heading("Warnings"), Statements(limits)] if limits else [])]
+    return [*blocks, Heading("Warnings"), Statements(limits)] if limits else blocks
 
 
 def gained_blocks(shown: Shown) -> list[Block]:

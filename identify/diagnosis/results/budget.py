@@ -87,10 +87,10 @@ def located(
     known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
     rows = []
     for share in budget.shares:
-        acts_on, depends_on, sure = range(len(share.percent)), share.kind, None
+        acts_on, depends_on, sure = list(range(len(share.percent))), share.kind, None
         if share.finding is not None:
             finding = selected[share.finding]
-            candidate, acts_on = finding.answer.candidate, finding.answer.columns.joints
+            candidate, acts_on = finding.answer.candidate, list(map(int, finding.answer.columns.joints))
             depends_on = dependence_of(candidate) or candidate.effect
             sure = finding.dependence_probability if finding.proven else None
         for joint in acts_on:

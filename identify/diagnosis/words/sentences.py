@@ -10,6 +10,7 @@ import numpy as np
 
 from ...text_table import digits, percent
 from ..candidates import kind_of
+from ..findings.adequacy import Misfit
 from ..findings.diagnosis import Moment
 from ..findings.family import FAMILIES
 from ..findings.finding import Finding, Hypothesis
@@ -148,7 +149,7 @@ def moment_sentence(moment: Moment) -> str:
     return f"{moment.run}, {span(moment)}: {where} from the model as at no other time{_force(moment)}."
 
 
-def span(moment: Moment) -> str:
+def span(moment: Moment | Misfit) -> str:
     """Start and end of a moment, in the time of its run."""
     return f"{moment.start:.2f} to {moment.end:.2f} s"
 
