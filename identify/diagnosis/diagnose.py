@@ -100,6 +100,7 @@ def diagnose(
     remaining += fast_ripples(result.problem.runs, noise, torque_units(model.robot))
     held_out = [run.prepared.name for run in result.problem.held_out]
     spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
+    conditional = tuple(place for place, selected in enumerate(result.selected) if selected.conditional)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -117,7 +118,7 @@ def diagnose(
         warnings=tuple(warnings),
         seconds=time.monotonic() - began,
         tried=result.problem.tried,
-        beliefs=beliefs,
+        beliefs=beliefs and replace(beliefs, conditional=conditional),
         adequacy=fit,
         evidence=proof,
     )
