@@ -68,8 +68,8 @@ def with_tolerance(model: Model, tolerance: float | None) -> Model:
 def _chosen(result: SearchResult, freely: SearchResult, described: Model) -> tuple[SearchResult, Beliefs]:
     """The result with bodies as described, or with free bodies if the description does not hold.
 
-    It does not hold if too many bodies differ from it, or if no finding restores it. Findings that free bodies
-    absorb are marked; one that explains a small part of what the description leaves is unproven.
+    It does not hold if too many bodies differ from it, or if no finding restores it. Findings that free
+    bodies absorb are marked; one that explains a small part of what the description leaves is unproven.
     """
     bodies = [finding for finding in result.selected if finding.answer.candidate.effect == "link_inertia"]
     absorbed = _absorbed(result, freely)
