@@ -21,8 +21,10 @@ class Tangent(NamedTuple):
 
     def torque(self, joint: int, twist: np.ndarray, rate: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Change of all torques, shape (t, n) [N m], for a twist (t,) of one joint and its derivatives."""
-        parts = zip(self, (twist, rate, second), strict=True)
-        return sum((by[joint] * value[:, None] for by, value in parts), np.zeros(self.position.shape[1:]))
+        torque = self.position[joint] * twist[:, None]
+        torque += self.velocity[joint] * rate[:, None]
+        torque += self.acceleration[joint] * second[:, None]
+        return torque
 
     def own(self, joint: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Stiffness, damping and inertia of one link about its own joint, each (t,)."""

@@ -52,9 +52,9 @@ def bent(
     right = np.empty(len(load))
     right[:2] = load[0] / stiffness[0]
     right[2:] = (load[:-2] + 2 * load[1:-1] + load[2:]) / 4
-    from scipy.linalg import solve_banded  # a large module that file readers should not load
+    from scipy.linalg.blas import dtbsv  # a large module that file readers should not load
 
-    value = solve_banded((2, 0), bands, right, check_finite=False)
+    value = dtbsv(2, bands, right, lower=1)
     rate, second = differentiate(value[:, None], 1.0 / step)
     return Twist(value, rate[:, 0], second[:, 0])
 
@@ -80,6 +80,7 @@ def loose(
     the sampling rate [Hz], and its damping ratio [-]. `on_teeth` is the twist of soft teeth without play.
     """
     angular, ratio = 2 * np.pi * teeth[0], teeth[1]
+    spring, damper = angular**2, 2.0 * ratio * angular
     settled = int(3.0 / (ratio * angular * step))  # oscillation has decayed to e^-3, a twentieth
     side = np.where(load < 0, -1.0, 1.0)
     value, rate, second = play * side, np.zeros(len(load)), np.zeros(len(load))
@@ -96,7 +97,7 @@ def loose(
             past = x - play if x > play else x + play if x < -play else 0.0
             acceleration = pull - drag * v - weight * x
             if past:
-                acceleration -= angular * (angular * past + 2.0 * ratio * v)
+                acceleration -= spring * past + damper * v
                 in_contact += 1
             else:
                 in_contact = 0

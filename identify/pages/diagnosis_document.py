@@ -7,7 +7,7 @@ from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
-from ..diagnosis.words.naming import capital, distinct, effect_words
+from ..diagnosis.words.naming import capital, effect_words
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -23,22 +23,13 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..text_table import NORMAL_95, digits, fixed
+from ..text_table import NORMAL_95, digits
 from .budget import budget_section
 from .diagnosis_plots import bars, forward_plot
 from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .shown import Shown
 
-LEAST_CHANGE = 0.1
-"""Smallest decrease of the squared error for which a candidate is listed [%]: the last digit printed."""
-TOP = 10
-"""Number of candidates that text pages list."""
-CHECK = (
-    'To check a row: add it to robot.toml ([[effect]], name = "...", joints = ["..."]), run "exidyn identify '
-    'RUNS --robot robot.toml --validate OTHER" with it and without, and compare the squared held-out '
-    "residuals. Effects that robot.toml cannot hold (a hose, a sagging supply) cannot be checked this way."
-)
 HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
 
 
@@ -81,7 +72,6 @@ def detail_sections(shown: Shown) -> list[Section]:
         Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
         Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
         Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("candidates", "Effect of each candidate alone", _changes(shown)),
         Section("joints", "Every joint", every_joint(shown), True),
     ]
 
@@ -147,32 +137,6 @@ def _parameters(shown: Shown) -> list[Block]:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(reasons)] if reasons else []), Paragraph(HELD_OUT)]
-
-
-def _changes(shown: Shown) -> list[Block]:
-    """Table of all candidates that alone would lower the error; empty without any."""
-    named_changes = zip(
-        distinct(shown.diagnosis.changes, shown.diagnosis.joints), shown.diagnosis.changes, strict=True
-    )
-    rows: list[list[Cell]] = [
-        [
-            name,
-            shown.names[change.joint],
-            fixed(change.squared_error_percent, 1),
-            fixed(change.std_percent, 1),
-        ]
-        for name, change in named_changes
-        if change.squared_error_percent < -LEAST_CHANGE
-    ]
-    if not rows:
-        return []
-    data = "held-out runs" if shown.residuals else "fitted runs, each block predicted by the others"
-    note = (
-        f"Change of the squared prediction error of {data} when only this candidate is added, on the joint "
-        f"that improves most (negative is better); std: standard deviation over time blocks. {CHECK}"
-    )
-    head = ["candidate, alone", "most improved joint", "squared error, %", "std, %"]
-    return [Table(head, rows, words=(1,), first=TOP), Paragraph(note)]
 
 
 def simulation_section(shown: Shown) -> Section:

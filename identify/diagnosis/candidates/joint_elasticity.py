@@ -32,6 +32,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import Rows
+from .parts import on_motors
 
 STEP = 1.3
 """Ratio between successive resonances [-]."""
@@ -61,7 +62,7 @@ def gear_torque(model: Model, run: Driven, gear: Gear) -> np.ndarray:
     joint, tangent = model.robot.index(gear.joint), run.unloaded.tangent
     step = float(np.median(np.diff(run.motion.time)))
     twist = gear.twist(tangent, run.motion.load[:, joint], joint, step)
-    return -tangent.torque(joint, *twist) @ model.robot.to_motors.T
+    return on_motors(model.robot, -tangent.torque(joint, *twist)[:, :, None])[:, :, 0]
 
 
 def _gear(

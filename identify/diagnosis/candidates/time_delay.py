@@ -67,7 +67,7 @@ def _of(joints: tuple[int, ...], delay: float, prior: float, between: Callable[[
     return Candidate(
         "time_delay", joints, columns, (UNNAMED,), ("1",), (0.0,), {"delay": delay}, bounds,
         lambda shape: _of(joints, shape["delay"], prior, between), expected=((1.0, WHOLE),),
-        everywhere=not joints, rows=joints or None, loaded=True, reloads=True, prior=prior,
+        everywhere=not joints, rows=joints or None, reloads=True, prior=prior,
     )  # fmt: skip
 
 
@@ -76,7 +76,7 @@ def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPo
     common = _of((), delay, 1.0, between)
 
     def columns(run: Driven) -> np.ndarray:
-        deviations = np.concatenate([_of_drives((joint,), -torque_rate(run)) for joint in drives], axis=2)
+        deviations = (-torque_rate(run)[:, :, None] * np.eye(run.torque.shape[1]))[:, :, drives]
         # Deviations are relative to their mean, since what they share is the common delay.
         return np.concatenate(
             [common.columns(run), deviations - deviations.mean(axis=2, keepdims=True)], axis=2
@@ -88,7 +88,7 @@ def _common(drives: Sequence[int], delay: float, between: Callable[[Driven], PPo
     count = len(drives)
     return replace(
         common, columns=columns, names=(UNNAMED, *(f"{DEVIATION}{joint + 1}" for joint in drives)),
-        units=("1", *("s",) * count), lower=(0.0, *(-np.inf,) * count),
+        loaded=True, units=("1", *("s",) * count), lower=(0.0, *(-np.inf,) * count),
         expected=((1.0, WHOLE), *((0.0, TELEGRAM),) * count), covers=True, reported_as=from_mean,
         reshape=lambda shape: _common(drives, shape["delay"], between),
     )  # fmt: skip

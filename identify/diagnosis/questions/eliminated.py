@@ -37,7 +37,7 @@ class Eliminated:
             matrix[members] += gram(rows)
             right[members] += rows @ prediction.whitened_torque[fitted, joint].ravel()
         whitened = products @ prediction.root.T
-        unexplained = -_explained(prediction, whitened @ prediction.root)
+        unexplained = _torque(prediction, -(whitened @ prediction.root))
         for joint, (members, columns) in by_joint.items():
             unexplained[members, :, :, joint] += columns
         return cls(
@@ -88,13 +88,13 @@ def _by_joint(prediction: Prediction, alike: Sequence[Thinned]) -> dict[int, tup
     return by_joint
 
 
-def _explained(prediction: Prediction, unknowns: np.ndarray) -> np.ndarray:
+def _torque(prediction: Prediction, unknowns: np.ndarray) -> np.ndarray:
     """Whitened torque of unknowns (..., b) in each block, shape (..., k, n, l)."""
-    explained = np.empty((*unknowns.shape[:-1], *prediction.whitened_errors.shape))
+    torque = np.empty((*unknowns.shape[:-1], *prediction.whitened_errors.shape))
     for joint, (columns, acting) in enumerate(zip(prediction.whitened, prediction.sums.acting, strict=True)):
-        torque = unknowns[..., acting] @ columns.reshape(-1, len(acting)).T
-        explained[..., joint, :] = torque.reshape(*unknowns.shape[:-1], *columns.shape[:2])
-    return explained
+        rows = unknowns[..., acting] @ columns.reshape(-1, len(acting)).T
+        torque[..., joint, :] = rows.reshape(*unknowns.shape[:-1], *columns.shape[:2])
+    return torque
 
 
 def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -18,9 +18,11 @@ from ..search.problem import Problem
 from ..search.search import SearchResult
 
 UNFITTED = 0.1
-"""Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-]."""
+"""Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-].
+Without findings it is .002 to .07 in correct recordings of eight arms, and more in those of three."""
 APART = 2.5
-"""Left-out residual of a joint over that with separate parameters above which it fits only alone [-]."""
+"""Left-out residual of a joint over that with separate parameters above which it fits only alone [-]. Without
+findings it is .9 to 2.5 in 27 of 30 correct recordings; with findings, both limits fail about one in ten."""
 OWN = 1e-3
 """Weight of the shared parameters as a prior of separate ones, relative to the data [-]: it matters only in
 directions that one joint hardly determines."""
@@ -43,9 +45,8 @@ def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
     more = tuple(misfit for misfit in before.misfits if misfit.joint in imitated)
     failing = tuple(sorted({*found.failing, *imitated}))
     found = replace(found, failing=failing, misfits=(*found.misfits, *more))
-    selected = [
-        finding._replace(fits=not found.fails(finding.answer.candidate.joints)) for finding in result.selected
-    ]
+    fits = [not found.fails(answer.candidate.joints) for answer in answers]
+    selected = (finding._replace(fits=fit) for finding, fit in zip(result.selected, fits, strict=True))
     return replace(result, selected=tuple(selected)).ordered(), found
 
 
@@ -54,16 +55,14 @@ def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
     fitted, revolute = problem.blocks.fitted, problem.model.robot.revolute
     shared = shared_values(prediction, len(problem.model.names))
     errors = prediction.sums.errors(shared)
-    together, alone = errors[fitted].sum(axis=0), separate_errors(prediction, shared)[fitted].sum(axis=0)
-    runs = [run.prepared for run in problem.runs]
+    together, alone = (e[fitted].sum(axis=0) for e in (errors, separate_errors(prediction, shared)))
+    runs = (run.prepared for run in problem.fitted)  # the first rows
     torque = np.concatenate([run.gain * run.decimated_current for run in runs])
-    counted = prediction.rows.weight * fitted[problem.blocks.number][:, None]
-    power = np.sum(counted * torque**2, axis=0)
+    power = np.sum(prediction.rows.weight[: len(torque)] * torque**2, axis=0)
     failing = failing_joints(together, alone, power, revolute)
-    shares = [np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone)]
+    share, own = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
     pooled = pooled_share(together, power, revolute)
-    places = tuple(misfits(problem, prediction, errors, failing))
-    return Adequacy(shares[0], shares[1], pooled, failing, places)
+    return Adequacy(share, own, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
 
 
 def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
@@ -103,11 +102,7 @@ def failing_joints(
 ) -> tuple[int, ...]:
     """Joints that fit only alone, and the fewest joints without whose errors the others fit together.
 
-    Args:
-        together: Sum of squared errors of each joint with shared parameters, shape (n,) [(N m)^2].
-        alone: The same with parameters of each joint alone, shape (n,) [(N m)^2].
-        power: Sum of the squared torque of each joint, shape (n,) [(N m)^2].
-        revolute: Whether the torque of each joint is in N m rather than N, shape (n,).
+    Squared errors with shared and with separate parameters, and squared torques, are (n,) [(N m)^2].
     """
     failing = together > APART**2 * alone
     for unit in (revolute, ~revolute):

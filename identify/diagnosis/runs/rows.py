@@ -14,7 +14,7 @@ from ...fit.base_parameters import BaseParameters
 from ...fit.equations import decimated_regressor
 from ...model import Model
 from ...positive_definite import factored, solve
-from .driven import Driven, Unloaded, slices
+from .driven import Driven, Unloaded, cached, slices
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,6 +256,7 @@ def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray,
     return names, -np.concatenate([rate[:, :, None], by_drive], axis=2), np.full(len(names), CLOCKS)
 
 
+@cached
 def torque_rate(run: Driven) -> np.ndarray:
     """Time derivative of the model torque, shape (t, n) [N m/s]."""
     return differentiate(run.torque, run.prepared.decimation.rate)[0]

@@ -3,11 +3,13 @@
 import operator
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import pinocchio as pin
 
 from ...effects import TorqueCurve
 from ...model import Model
@@ -20,6 +22,7 @@ from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
+from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
@@ -31,6 +34,10 @@ RECENT = 4
 """Number of predictions in the cache, of tens of megabytes each."""
 FREE = (REVERSAL, CLOCK)
 """Prefixes of the nuisances that are fitted even where the model is held at its nominal values."""
+
+INVISIBLE, REFUTED = 1.0, -10.0
+"""Squared torque over noise, and gain in log probability, below which a candidate with columns at an earlier
+load does not get columns at the present one: its torque would have to change by far more than the load."""
 
 Pairs = list[tuple[Candidate, Thinned]]
 
@@ -63,13 +70,21 @@ class Known:
 
     def on(self, run: Driven) -> Driven:
         """The run with the torque and load of this fit."""
-        fresh, robot = replace(run.after(self.model, self.values), found=None), self.model.robot
+        fresh, robot = run.after(self.model, self.values), self.model.robot
+        stated = robot.inertias_stated and not self.first
+        fresh = replace(fresh, found=self._bodies(fresh) if stated else None)
         for candidate, values in self.carried:
             torque = candidate.columns(fresh) @ values
             fresh = fresh.with_more_load(np.linalg.solve(robot.to_motors, torque.T).T, torque)
             if np.any(torque):  # a body may be on the flange in some runs only
                 fresh = replace(fresh, found=with_found(fresh.bodies, robot, candidate, values))
         return replace(fresh, peak=self.peak)
+
+    def _bodies(self, run: Driven) -> pin.Model | None:
+        """Arm with the fitted bodies of a run; None unless all of them have a mass."""
+        nominal, (fitted, _) = run.unloaded.bodies, self.model.bodies_apart(self.values, run.motion.payload)
+        pairs = zip(nominal.inertias, fitted.inertias, strict=True)
+        return fitted if all(body.mass > 0.0 or not stated.mass for stated, body in pairs) else None
 
 
 def load_unchanged(before: Sequence[Driven], after: Sequence[Driven]) -> bool:
@@ -99,6 +114,9 @@ class Problem:
     known: Known  # fit from which the torque and the load of any run follow
     flange_torques: tuple[FlangeTorque, ...]  # motor torque per unit of force on the flange, for each run
     moved: bool = False  # whether the load differs from that of the first fit
+    # caches that problems at the same load share: columns of candidates, and of those that residuals suggest
+    formed: WeakKeyDictionary[Candidate, Thinned] = field(default_factory=WeakKeyDictionary)
+    suggested: dict[object, Thinned] = field(default_factory=dict)
 
     @classmethod
     def of(cls, model: Model, runs: Sequence[Driven]) -> "Problem":
@@ -119,6 +137,7 @@ class Problem:
         present = {(candidate.key, *candidate.shape.items()) for candidate, _ in self.candidates}
         fresh = [candidate for candidate in more if (candidate.key, *candidate.shape.items()) not in present]
         added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in fresh]
+        self.formed.update(added)
         return replace(self, candidates=[*self.candidates, *added]) if added else self
 
     def with_priors(self, model: Model) -> "Problem":
@@ -136,30 +155,36 @@ class Problem:
     def columns_of(self, candidate: Candidate) -> Thinned:
         """Columns of a candidate, from a cache: the residual suggests some candidates again and again."""
         name = (candidate.key, tuple(candidate.shape.items()))
-        if name not in self._columns:
-            self._columns[name] = Thinned.of(candidate, self.runs)
-        return self._columns[name]
+        if name not in self.suggested:
+            self.suggested[name] = Thinned.of(candidate, self.runs)
+        return self.suggested[name]
 
     def columns_at_load(self, candidate: Candidate, columns: Thinned) -> Thinned:
         """Columns of a candidate at the load of these runs, computed once."""
-        if candidate not in self._anew:
-            self._anew[candidate] = anew(candidate, columns, self.runs)
-        return self._anew[candidate]
+        if candidate not in self.formed:
+            self.formed[candidate] = anew(candidate, columns, self.runs)
+        return self.formed[candidate]
 
-    @cached_property
-    def _columns(self) -> dict[object, Thinned]:
-        return {}
+    def pairs(
+        self, wanted: Callable[[Candidate, np.ndarray], bool], prediction: Prediction | None = None
+    ) -> Pairs:
+        """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load.
 
-    @cached_property
-    def _anew(self) -> WeakKeyDictionary[Candidate, Thinned]:
-        return WeakKeyDictionary()
-
-    def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Pairs:
-        """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load."""
+        Given a prediction, candidates that columns at an earlier load refute keep these columns.
+        """
+        pairs = [pair for pair in self.candidates if wanted(pair[0], pair[1].joints)]
+        if not self.moved:
+            return pairs
+        open_ = {candidate for candidate, _ in pairs if candidate.loaded and candidate not in self.formed}
+        if prediction is not None:
+            earlier = [pair for pair in pairs if pair[0] in open_]
+            answers = ask(prediction, earlier, strange=True)
+            open_ = {answer.candidate for answer in answers if _in_play(answer)}
         return [
-            (candidate, self.columns_at_load(candidate, columns) if self.moved else columns)
-            for candidate, columns in self.candidates
-            if wanted(candidate, columns.joints)
+            (candidate, self.columns_at_load(candidate, columns))
+            if candidate in open_ or candidate in self.formed
+            else (candidate, columns)
+            for candidate, columns in pairs
         ]
 
     @property
@@ -212,7 +237,7 @@ class Problem:
     def forget(self) -> None:
         """Free the memory of predictions and products, once another problem has replaced this one."""
         self._recent.clear()
-        self._anew.clear()
+        self.formed.clear()
 
     @cached_property
     def _recent(self) -> deque[tuple[tuple[Answer, ...], Prediction]]:
@@ -258,7 +283,7 @@ class Problem:
     def at_load_of(self, findings: Sequence[Answer]) -> "tuple[Problem, list[Answer]]":
         """This problem and the findings, both at the load that the gears transmit with the findings."""
         # A fit without load-dependent friction mistakes it for gravity, which makes its load wrong.
-        affected = any(answer.candidate.carried or answer.candidate.loaded for answer in findings)
+        affected = any(a.candidate.carried or a.candidate.loaded or a.candidate.reloads for a in findings)
         if not affected and self.known.first:
             return self, list(findings)
         known, runs = Known.after(self.model, self.prediction(findings).values, findings).of(self.runs)
@@ -268,7 +293,13 @@ class Problem:
         base = _rows(self.model, runs, known.values, self.base)
         rows = with_nuisances(base, self.model, runs, known.values)
         rows = replace(rows, weight=self.rows.weight)
-        return replace(self, runs=runs, base=base, rows=rows, moved=True, known=known), fresh
+        caches: dict[str, Any] = {"formed": WeakKeyDictionary(), "suggested": {}}
+        moved = replace(self, runs=runs, base=base, rows=rows, moved=True, known=known, **caches)
+        return moved, fresh
+
+
+def _in_play(answer: Answer) -> bool:
+    return answer.gain > REFUTED and float(answer.size.sum()) > INVISIBLE
 
 
 def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Hypothesis
-from ..findings.residuals import Change
 
 
 def joint_words(joint: int, joints: Sequence[str]) -> str:
@@ -56,7 +55,7 @@ def finding_names(diagnosis: Diagnosis) -> list[str]:
     return distinct(diagnosis.all_findings, diagnosis.joints)
 
 
-def distinct(effects: Sequence[Hypothesis | Change], joints: Sequence[str]) -> list[str]:
+def distinct(effects: Sequence[Hypothesis], joints: Sequence[str]) -> list[str]:
     """Names of effects; those that occur several times with their shapes, "torque ripple (harmonic 7)"."""
     names = [named(effect.effect, effect.joints, joints) for effect in effects]
     return [

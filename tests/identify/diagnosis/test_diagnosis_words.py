@@ -1,7 +1,6 @@
 """A diagnosis in words and tables."""
 
 import json
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -16,7 +15,7 @@ from exidyn.identification.diagnosis.findings.axes import AXES
 from exidyn.identification.diagnosis.findings.beliefs import Beliefs, Departure
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.findings.quantities import Formatted, stated, with_interval
-from exidyn.identification.diagnosis.findings.residuals import Budget, Change, Share
+from exidyn.identification.diagnosis.findings.residuals import Budget, Share
 from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
 from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identification.diagnosis.results.budget import OTHER
@@ -388,16 +387,6 @@ def test_a_body_of_unknown_mass_is_reported_by_its_moments():
         (Quantity(4.0, 0.1, "kg"), "center of mass at (100, 0, 300) mm"),
     ):
         assert said in sentence(finding("payload", (), parameters=numbers | {"M": mass}), JOINTS)
-
-
-def test_candidates_are_listed_with_what_each_alone_would_change():
-    every = tuple(Change("backlash", (place % 3,), 1, -30.0 + place, 4.0, 9.0) for place in range(12))
-    page = summary(diagnosis(changes=every))
-    assert page.count("Backlash of joint") == 10
-    assert re.search(r"Backlash of joint 1  Joint 2 +-30\.0     4\.0\n", page)
-    table = as_json(diagnosis(changes=every))["changes"]
-    assert len(table) == 12
-    assert (table[0]["joints"], table[0]["joint"], table[0]["std_percent"]) == ([1], 2, 4.0)
 
 
 @pytest.mark.parametrize(
