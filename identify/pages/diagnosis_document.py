@@ -25,7 +25,7 @@ from ..document.document import (
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
 from .budget import budget_section
-from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
+from .diagnosis_plots import bars, forward_plot
 from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .shown import Shown
@@ -86,7 +86,7 @@ def verdict_blocks(shown: Shown) -> list[Block]:
 
 
 def gained_blocks(shown: Shown) -> list[Block]:
-    """Held-out residual by joint, before and after, and its map over time; empty without held-out runs."""
+    """Held-out residual by joint, before and after; empty without held-out runs."""
     if (residuals := shown.residuals) is None:
         return []
     before, after = residuals
@@ -94,10 +94,7 @@ def gained_blocks(shown: Shown) -> list[Block]:
     title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
     picture = _bars(shown, before, after, shown.noise, "residual")
     remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
-    return [
-        _joint_table(shown, before, after),
-        Grid([Figure(title, remark, picture), *_map(shown)]),
-    ]
+    return [_joint_table(shown, before, after), Figure(title, remark, picture)]
 
 
 def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
@@ -122,24 +119,6 @@ def _bars(shown: Shown, before: np.ndarray, after: np.ndarray, noise: np.ndarray
     if not shown.over_noise:
         return bars(before, after, shown.names, label, shown.diagnosis.torque_units)
     return bars(before / noise, after / noise, shown.names, f"{label} over noise")
-
-
-def _map(shown: Shown) -> list[Block]:
-    """Maps of the unexplained residual of a held-out run, without and with findings."""
-    if not shown.traces:
-        return []
-    trace = shown.judged[0]
-    level, reference = shown.noise, "the noise floor"
-    if not shown.over_noise:
-        squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
-        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's rms with findings"
-    remark = f"{trace.name}; no color: up to {PALE:g} times {reference}; full color: {FULL:g} times or more"
-    return [
-        Figure(
-            f"Residual over joint and time: {title}", remark, where_and_when(trace, level, shown.names, stage)
-        )
-        for stage, title in (("before", "baseline"), ("after", "with findings"))
-    ]
 
 
 def _parameters(shown: Shown) -> list[Block]:
