@@ -19,10 +19,10 @@ from ..search.search import SearchResult
 
 UNFITTED = 0.1
 """Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-].
-Without findings it is .002 to .07 in correct recordings of eight arms, and more in those of three."""
+Without findings it is .002 to .071 in correct recordings of nine arms, and .1 to .35 in those of three."""
 APART = 2.5
 """Left-out residual of a joint over that with separate parameters above which it fits only alone [-]. Without
-findings it is .9 to 2.5 in 27 of 30 correct recordings; with findings, both limits fail about one in ten."""
+findings it is .9 to 2.5 in 28 of 30 correct recordings; with findings, both limits fail about one in ten."""
 OWN = 1e-3
 """Weight of the shared parameters as a prior of separate ones, relative to the data [-]: it matters only in
 directions that one joint hardly determines."""
