@@ -107,8 +107,10 @@ def tables(answers: dict[tuple[str, str], Answer]) -> Answer:
     """Print all recordings and gates; the figures of exidyn's gate on all recordings."""
     rows: list[Sequence[Any]] = []
     for (name, mistake), one in answers.items():
-        counts = [len(one[key]) for key in ("names", "withheld", "failing", "misfits")]
-        rows.append([name, mistake, one["P"], one["X"], one["worst"], *counts, one["seconds"]])
+        counts = [len(one[key]) for key in ("names", "withheld", "failing")]
+        rows.append(
+            [name, mistake, one["P"], one["X"], one["worst"], *counts, one["misfits"], one["seconds"]]
+        )
     head = ["recording", "mistake", "P", "X", "worst share", "named", "withheld", "joints fail", "misfits"]
     show("Recordings", [*head, "CPU s"], rows)
     arms = sorted({name.split()[0] for name, _ in answers})
