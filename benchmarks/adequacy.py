@@ -23,7 +23,6 @@ from parts.adequacy.mistakes import MISTAKES
 from parts.adequacy.recordings import CORRECT, FOLDER
 
 from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.diagnosis.results.adequacy import APART, UNFITTED
 from exidyn.identification.diagnosis.search.selected import NAMED
 
 Answer = dict[str, Any]
@@ -99,7 +98,7 @@ def gates(answers: dict[tuple[str, str], Answer]) -> dict[str, Callable[[Answer]
         "none": lambda one: False,
         f"worst joint's share > {worst:.2f}": lambda one: one["worst"] > worst,
         f"P > {p:.3f} or X > {x:.2f}": lambda one: one["P"] > p or one["X"] > x,
-        f"exidyn's, P > {UNFITTED:g} or X > {APART:g}": None,
+        "of exidyn, by joint": None,
     }
 
 
@@ -107,10 +106,12 @@ def tables(answers: dict[tuple[str, str], Answer]) -> Answer:
     """Print all recordings and gates; the figures of exidyn's gate on all recordings."""
     rows: list[Sequence[Any]] = []
     for (name, mistake), one in answers.items():
-        counts = [len(one[key]) for key in ("names", "withheld", "failing", "misfits")]
-        rows.append([name, mistake, one["P"], one["X"], one["worst"], *counts, one["seconds"]])
-    head = ["recording", "mistake", "P", "X", "worst share", "named", "withheld", "joints fail", "misfits"]
-    show("Recordings", [*head, "CPU s"], rows)
+        counts = [len(one[key]) for key in ("names", "withheld", "failing")]
+        rows.append(
+            [name, mistake, one["P"], one["X"], one["worst"], *counts, one["misfits"], one["seconds"]]
+        )
+    head = ["recording", "mistake", "P", "X", "worst share", "misfits", "CPU s", "named", "withheld", "fail"]
+    show("Recordings", head, rows)
     arms = sorted({name.split()[0] for name, _ in answers})
     half = {key: one for key, one in answers.items() if key[0].split()[0] in arms[::2]}
     other = {key: one for key, one in answers.items() if key not in half}

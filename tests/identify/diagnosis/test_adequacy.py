@@ -39,8 +39,9 @@ def test_joints_fail_that_fit_alone_only_and_those_without_which_the_others_fit(
     fine = np.array([10.0, 10.0, 4.0, 0.005])
     assert failing_joints(fine, fine, power, revolute) == ()
     assert failing_joints(fine * [1, 7, 1, 1], fine, power, revolute) == (1,)
+    assert failing_joints(fine * [1, 1, 7, 1], fine * 3, power, revolute) == (2,)  # .53 of its torque
     # 1 % of the squared torque in N m are 201: the largest error is more, and the rest is not
-    assert failing_joints(np.array([300.0, 10.0, 50.0, 0.005]), np.full(4, 1e3), power, revolute) == (0,)
+    assert failing_joints(np.array([300.0, 10.0, 20.0, 0.005]), np.full(4, 1e3), power, revolute) == (0,)
     # forces are judged apart from torques
     assert failing_joints(fine * [1, 1, 1, 4], np.full(4, 1e3), power, revolute) == (3,)
     assert pooled_share(fine * [1, 1, 1, 4], power, revolute) == pytest.approx(np.sqrt(0.02))
