@@ -387,8 +387,8 @@ def test_the_page_of_text_has_findings_intervals_and_ratios():
     heading = lines.index("Load-dependent friction of joint 3")
     assert lines[heading + 2].split() == ["mu3", "0.1200", "0.012"]
     joint = next(line for line in lines[heading:] if line.startswith("Joint 3 "))
-    # noise, nominal values, before and after by the budget, and the two over noise
-    assert joint.split()[4:] == ["0.2000", "0.5400", "2.000", "1.000", "10.00", "5.000"]
+    # noise, before and after by the budget, and the two over noise
+    assert joint.split()[4:] == ["0.2000", "2.000", "1.000", "10.00", "5.000"]
     assert max(map(len, lines)) <= 80
     assert "Held out:         none" in summary(diagnosis(finding(), **NO_HELD_OUT))
 
