@@ -62,7 +62,7 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     total, out = total_prior(problem), set[object]()
     for _ in range(CHECKS):
         problem, selected = _converged(problem, selected, total, shapes, out)
-        kept = checked_by_held_out(problem, selected, without_findings)
+        kept = checked_by_held_out(problem, selected, without_findings, total)
         gone = keys_of(selected) - keys_of(kept)
         selected, out = kept, out | gone
         if not gone:

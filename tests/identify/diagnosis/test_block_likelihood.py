@@ -18,7 +18,7 @@ from exidyn.identification.diagnosis.blocks.block_likelihood import (
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS, CREDIBLE
 from exidyn.identification.diagnosis.questions.comparison import colouring, equally_weighted
 from exidyn.identification.diagnosis.questions.question import ask
-from exidyn.identification.diagnosis.search.search import _material
+from exidyn.identification.diagnosis.search.additions import _material
 from exidyn.identification.diagnosis.search.selected import odds_of
 
 from ...parts.small.small_rows import RATE, asked, blocks, predicted, remembering, rows

@@ -7,6 +7,7 @@ import pytest
 
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identification.diagnosis.search import checks, held_out
+from exidyn.identification.diagnosis.search.ranking import total_prior
 
 from ...parts.small import two_joints
 from ...parts.small.small_search import drag_search, names, record, searched, spring_search
@@ -43,12 +44,12 @@ def test_a_problem_at_nominal_holds_what_the_model_states():
 
 def test_a_finding_that_predicts_a_joint_held_out_worse_goes(monkeypatch):
     found = spring_search()
-    [spring] = found.selected
+    [spring], total = found.selected, total_prior(found.problem)
 
     def judged(with_it, without):
         ratios = {True: np.array(with_it), False: np.array(without)}
         monkeypatch.setattr(checks, "_held_out", lambda _, some, __: ratios[bool(some)])
-        return checks.checked_by_held_out(found.problem, [spring], found.without_findings, found.total)
+        return checks.checked_by_held_out(found.problem, [spring], found.without_findings, total)
 
     assert judged([0.5, 0.5], [1.0, 1.0]) == [spring]
     assert judged([1.0, 1.5], [1.0, 1.0]) == []
@@ -75,7 +76,9 @@ def test_a_finding_that_predicts_a_joint_worse_in_one_shape_stays_in_another(mon
         return np.array([1.0, 1.5 if any(one.answer.candidate is best for one in some) else 1.0])
 
     monkeypatch.setattr(checks, "_held_out", held_out)
-    [kept] = checks.checked_by_held_out(found.problem, [drag], found.without_findings, found.total)
+    [kept] = checks.checked_by_held_out(
+        found.problem, [drag], found.without_findings, total_prior(found.problem)
+    )
     assert kept.answer.candidate.key == best.key
     assert kept.answer.candidate.shape != best.shape
     assert CERTAIN_ODDS < kept.odds < drag.odds
@@ -88,7 +91,7 @@ def test_findings_that_share_the_blame_go_until_no_joint_is_worse(monkeypatch):
     ratios = {0: 1.0, 1: 1.01, 2: 1.06, 3: 1.1}  # each is harmless alone
     monkeypatch.setattr(checks, "_held_out", lambda _, some, __: np.array([0.5, ratios[len(some)] ** 2]))
     monkeypatch.setattr(checks, "_in_another_shape", lambda *_: None)
-    [kept] = checks.without_harmful(found.problem, three, found.without_findings, found.total)
+    [kept] = checks.without_harmful(found.problem, three, found.without_findings, 1.0)
     assert kept is three[0]  # the most certain comes back
 
 

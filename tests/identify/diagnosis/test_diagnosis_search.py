@@ -16,9 +16,9 @@ from exidyn.identification.diagnosis.questions.question import ask
 from exidyn.identification.diagnosis.questions.shape import refined, with_shape
 from exidyn.identification.diagnosis.results.evidence import deviations, places_of
 from exidyn.identification.diagnosis.runs.rows import CLOCK, torque_rate
-from exidyn.identification.diagnosis.search import once, search, selected
+from exidyn.identification.diagnosis.search import additions, once, search, selected
 from exidyn.identification.diagnosis.search.once import moments
-from exidyn.identification.diagnosis.search.ranking import _by_hypothesis
+from exidyn.identification.diagnosis.search.ranking import _by_hypothesis, total_prior
 from exidyn.identification.diagnosis.search.selected import (
     Selected,
     contradicted,
@@ -35,6 +35,7 @@ from ...parts.small.small_diagnosis import nominal_model
 from ...parts.small.small_search import (
     SOFT,
     SPRING,
+    alone,
     drag_and_spring_search,
     drag_search,
     names,
@@ -80,7 +81,7 @@ def sizes(found):
 def test_one_effect_that_is_missing_is_named_first_with_its_size():
     found = spring_search()
     assert names(found) == [("joint_spring", (1,))]
-    assert found.single[0].candidate.effect == "joint_spring"
+    assert alone(found)[0].candidate.effect == "joint_spring"
     assert found.selected[0].probability > CREDIBLE
     [(value, std)] = sizes(found)
     assert abs(value - SOFT["Ks2"]) < 3 * std < 0.2
@@ -113,7 +114,7 @@ def test_priors_that_are_right_are_no_evidence_against_themselves():
 def test_nothing_is_named_that_is_not_there_or_not_in_the_runs_held_out():
     found = searched(record())
     assert names(found) == []
-    assert all(odds_of(one, sum(found.problem.tried.values())) < 1.0 for one in found.single)
+    assert all(odds_of(one, total_prior(found.problem)) < 1.0 for one in alone(found))
     assert names(searched(record([SPRING], SOFT, only="identify"))) == []
 
 
@@ -398,10 +399,10 @@ def test_blocks_and_costs_of_shapes_distinguish_two_answers(gain, cost, blocks, 
 def test_blocks_have_what_the_arm_has_and_not_what_looks_like_it():
     found = spring_search()
     at = found.problem.prediction([])
-    spring = found.single[0]
+    spring = alone(found)[0]
     [other] = [
         one
-        for one in found.single
+        for one in alone(found)
         if one.candidate.effect == "torque_ripple" and one.candidate.joints == (1,)
     ][:1]
     odds = by_blocks(at, spring, other)
@@ -451,14 +452,14 @@ def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monk
         found.problem,
         candidates=[pair for pair in found.problem.candidates if pair[0].key != spring.answer.candidate.key],
     )
-    monkeypatch.setattr(search, "answer_beside", lambda *_: None)
-    _, stay = search._still_needed(problem, [drag, spring], found.total)
+    monkeypatch.setattr(additions, "answer_beside", lambda *_: None)
+    _, stay = additions._still_needed(problem, [drag, spring], total_prior(found.problem))
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction", "joint_spring"]
     grid = [one.shape["exponent"] for one, _ in problem.candidates if one.key == drag.answer.candidate.key]
     assert stay[0].answer.candidate.shape["exponent"] in grid
     assert abs(stay[0].answer.candidate.shape["exponent"] - 1.7) < 0.5
     # One that has no other shape goes.
-    _, stay = search._still_needed(problem, [spring, drag], found.total)
+    _, stay = additions._still_needed(problem, [spring, drag], total_prior(found.problem))
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction"]
 
 
@@ -470,12 +471,14 @@ def test_what_is_not_credible_beside_all_others_goes():
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
 
     def stay(total, changed=EVERYWHERE):
-        return search._rechosen(found.problem, list(found.selected), total, changed, {})
+        return search._rechosen(found.problem, list(found.selected), total, changed, {}, set())
 
-    assert len(stay(found.total)) == 1
+    assert len(stay(total_prior(found.problem))) == 1
     # All is as improbable as one of very many.
-    assert stay(found.total * 1e300) == []
-    assert stay(found.total * 1e300, ~EVERYWHERE) == list(found.selected)  # nothing changed about it
+    assert stay(total_prior(found.problem) * 1e300) == []
+    assert stay(total_prior(found.problem) * 1e300, ~EVERYWHERE) == list(
+        found.selected
+    )  # nothing changed about it
 
 
 def test_each_finding_is_chosen_anew_of_all_hypotheses_given_all_others():
@@ -483,12 +486,14 @@ def test_each_finding_is_chosen_anew_of_all_hypotheses_given_all_others():
     [spring] = [one for one in found.selected if one.answer.candidate.effect == "joint_spring"]
     [wrong] = [
         one
-        for one in found.single
+        for one in alone(found)
         if one.candidate.effect == "current_offset" and one.candidate.joints == (1,)
     ]
     others = [one for one in found.selected if one is not spring]
-    mistaken = Selected(wrong, 50.0, ((wrong, 30.0),))
-    left = search._rechosen(found.problem, [*others, mistaken], found.total, EVERYWHERE, {})
+    mistaken = Selected(wrong, 50.0, ((wrong, 1.0),))
+    left = search._rechosen(
+        found.problem, [*others, mistaken], total_prior(found.problem), EVERYWHERE, {}, set()
+    )
     assert {one.answer.candidate.effect for one in left} == {"joint_spring", "nonlinear_viscous_friction"}
 
 
@@ -518,14 +523,14 @@ def test_what_another_effect_took_out_is_not_taken_again_in_the_same_pass(monkey
         taken.append(found[-1].answer.candidate.effect)
         return here, found[-1:]
 
-    monkeypatch.setattr(search, "with_contacts", lambda here, found: (here, found))
-    monkeypatch.setattr(search, "ranked", beside)
-    monkeypatch.setattr(search, "without_idle_curves", lambda best, _: best)
-    monkeypatch.setattr(search, "simplest", lambda _, best, __: Selected(best[0], 50.0) if best else None)
-    monkeypatch.setattr(search, "_still_needed", latest_alone)
-    for fixed, name in ((True, "_material"), (False, "_less_probable")):
-        monkeypatch.setattr(search, name, lambda *_, fixed=fixed: fixed)
-    _, found = search._with_additions(at, [], 1.0, {})
+    monkeypatch.setattr(additions, "with_contacts", lambda here, found: (here, found))
+    monkeypatch.setattr(additions, "ranked", beside)
+    monkeypatch.setattr(additions, "without_idle_curves", lambda best, _: best)
+    monkeypatch.setattr(additions, "simplest", lambda _, best, __: Selected(best[0], 50.0) if best else None)
+    monkeypatch.setattr(additions, "_still_needed", latest_alone)
+    monkeypatch.setattr(additions, "_material", lambda *_: True)
+    monkeypatch.setattr(additions, "advantage", lambda *_: 1.0)
+    _, found = additions.with_additions(at, [], 1.0, {}, set())
     assert taken == ["one", "other"]
     assert [one.answer for one in found] == either[1:]
 

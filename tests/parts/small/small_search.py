@@ -7,9 +7,11 @@ from functools import cache
 import numpy as np
 
 from exidyn.identification.arm.motion import Motion
+from exidyn.identification.diagnosis.questions.block_answer import Answer
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.diagnosis.search.beliefs import with_tolerance
 from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.diagnosis.search.ranking import ranked
 from exidyn.identification.diagnosis.search.search import SearchResult, search
 from exidyn.identification.effects import Effect, JointSpring, NonlinearViscousFriction
 from exidyn.identification.model import Model
@@ -76,6 +78,11 @@ def nominal(model: Model) -> Model:
 
 def searched(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> SearchResult:
     return search(problem(runs, model))
+
+
+def alone(found: SearchResult) -> list[Answer]:
+    """Every hypothesis as the only finding, the most probable first."""
+    return ranked(found.problem, found.without_findings, [], {})
 
 
 SPRING, SOFT = JointSpring(("elbow",)), {"Ks2": 4.0}
