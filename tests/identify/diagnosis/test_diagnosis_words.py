@@ -175,7 +175,7 @@ SAID = {
     ),
     "nothing, within tolerances": (
         replace(believed(), budget=replace(budget(), after_rms=NOISE)),
-        "Nothing is missing, with parameters and drive gains within their tolerances: the", "1.00 x noise", "",
+        "Nothing is missing, with parameters and drive gains within their tolerances", "1.00 x noise", "",
     ),
     "nothing but noise that is not known": (
         diagnosis(**UNMEASURED), "No missing effect is certain: the residual depends on no recorded",
