@@ -88,9 +88,6 @@ def main() -> None:
         "--keep", type=Path, metavar="FILE", help="answers stay in FILE, and are not asked again"
     )
     options.add_argument("--pages", type=Path, metavar="FILE.md", help="write the page of proof to FILE.md")
-    options.add_argument(
-        "--simulated", type=Path, metavar="FILE", help="what concealed.py --json wrote, for the page"
-    )
     chosen = options.parse_args()
     keys = chosen.only or [key for key, case in CASES.items() if case.quick or not chosen.quick]
     absent = [key for key in keys if not (FOLDER / CASES[key].folder).is_dir()]
@@ -110,7 +107,7 @@ def main() -> None:
     show("Score", ["figure", "value"], [[name, words(value)] for name, value in figures.items()])
     save(chosen.json, figures | {"sets": answers})
     if chosen.pages:
-        write_pages(chosen.pages, figures, answers, chosen.simulated)
+        write_pages(chosen.pages, figures, answers)
 
 
 def words(value: Any) -> Any:

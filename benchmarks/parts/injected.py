@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 from scipy import signal
 
 from exidyn.identification.arm.motion import Motion
@@ -297,23 +298,26 @@ def time_delay(background: Background, joint: int, rng: np.random.Generator) -> 
 
 def contact_event(background: Background, joint: int, rng: np.random.Generator) -> Added | None:
     """One push at the flange, in one run."""
-    import pinocchio as pin
-
     robot = background.model.robot
     if robot.dof < 3:
         return None
     torques = [np.zeros_like(motion.position) for motion in background.motions]
     fitted = [k for k, (role, _) in enumerate(background.runs) if role == "identify"]
     place = int(rng.choice(fitted))
-    motion, data = background.motions[place], robot.kinematics.createData()
+    motion = background.motions[place]
     start = rng.uniform(0.2, 0.7) * motion.time[-1]
     rows = np.flatnonzero((motion.time >= start) & (motion.time < start + rng.uniform(0.4, 0.8)))
-    push = rng.normal(size=3)
-    for row in rows:
-        jacobian = pin.computeJointJacobian(robot.kinematics, data, motion.position[row], robot.dof)
-        rotation = data.oMi[robot.dof].rotation
-        torques[place][row] = -(rotation @ jacobian[:3]).T @ push
+    torques[place][rows] = push_torque(robot.kinematics, motion.position[rows], rng.normal(size=3))
     return Added(torques, ())
+
+
+def push_torque(kinematics: pin.Model, positions: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Torque (t, n) that holds positions (t, n) against a force on the last link, in the base's axes."""
+    data, last, torque = kinematics.createData(), kinematics.njoints - 1, []
+    for position in positions:
+        jacobian = pin.computeJointJacobian(kinematics, data, position, last)
+        torque.append(-(data.oMi[last].rotation @ jacobian[:3]).T @ force)
+    return np.array(torque)
 
 
 def _slow(torque: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
 from .results.adequacy import gated
 from .results.baseline import baselines
-from .results.budget import NOISE, budget, changes, located
+from .results.budget import NOISE, budget, located
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.motor_torque import undetermined_gains, with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, fast_ripples, remainders, rms
@@ -100,6 +100,7 @@ def diagnose(
     remaining += fast_ripples(result.problem.runs, noise, torque_units(model.robot))
     held_out = [run.prepared.name for run in result.problem.held_out]
     spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
+    conditional = tuple(place for place, selected in enumerate(result.selected) if selected.conditional)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
@@ -108,7 +109,6 @@ def diagnose(
         undecided=tuple(in_units_of_joints(finding, model.robot) for finding in findings[named:]),
         remainders=tuple(remaining),
         moments=tuple(moments(result.problem, result.prediction)),
-        changes=tuple(changes(result.problem, result.single)),
         located=located(spent, result.selected, remaining),
         budget=spent,
         noise=proof.noise,
@@ -118,7 +118,7 @@ def diagnose(
         warnings=tuple(warnings),
         seconds=time.monotonic() - began,
         tried=result.problem.tried,
-        beliefs=beliefs,
+        beliefs=beliefs and replace(beliefs, conditional=conditional),
         adequacy=fit,
         evidence=proof,
     )

@@ -7,7 +7,7 @@ from ..diagnosis.findings.quantities import SLIDING, TURNING
 from ..diagnosis.improved.forward import Forward
 from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
-from ..diagnosis.words.naming import capital, change_names, effect_words
+from ..diagnosis.words.naming import capital, effect_words
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
@@ -23,23 +23,13 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..document.text import text
-from ..text_table import NORMAL_95, digits, fixed
+from ..text_table import NORMAL_95, digits
 from .budget import budget_section
-from .diagnosis_plots import FULL, PALE, bars, forward_plot, where_and_when
+from .diagnosis_plots import bars, forward_plot
 from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .shown import Shown
 
-LEAST_CHANGE = 0.1
-"""Smallest decrease of the squared error for which a candidate is listed [%]: the last digit printed."""
-TOP = 10
-"""Number of candidates that text pages list."""
-CHECK = (
-    'To check a row: add it to robot.toml ([[effect]], name = "...", joints = ["..."]), run "exidyn identify '
-    'RUNS --robot robot.toml --validate OTHER" with it and without, and compare the squared held-out '
-    "residuals. Effects that robot.toml cannot hold (a hose, a sagging supply) cannot be checked this way."
-)
 HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
 
 
@@ -61,16 +51,10 @@ def diagnosis_document(shown: Shown) -> Document:
 
 
 def brief(shown: Shown) -> Document:
-    """The document with its verdict alone, and where the rest is."""
-    document = diagnosis_document(shown)
-    opening = document.sections[0]
+    """A document of the verdict alone, and where the rest is."""
     rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
-    return document._replace(sections=[opening._replace(blocks=[*opening.blocks, rest])], facts=())
-
-
-def summary(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
-    """The document as text with 80 columns; see `Shown.of` for the arguments."""
-    return text(diagnosis_document(Shown.of(diagnosis, folder, forward)))
+    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), rest])
+    return Document(f"Diagnosis of {shown.diagnosis.name}", "", [opening])
 
 
 def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
@@ -88,7 +72,6 @@ def detail_sections(shown: Shown) -> list[Section]:
         Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
         Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
         Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("candidates", "Effect of each candidate alone", _changes(shown)),
         Section("joints", "Every joint", every_joint(shown), True),
     ]
 
@@ -99,11 +82,11 @@ def verdict_blocks(shown: Shown) -> list[Block]:
     limits = warnings(diagnosis, said)
     blocks: list[Block] = [Statements(said, "verdict"), findings_table(diagnosis)]
     blocks.append(Paragraph(GAIN.format(capital(gain_title(diagnosis)))))
-    return [*blocks, *([Heading("Warnings"), Statements(limits)] if limits else [])]
+    return [*blocks, Heading("Warnings"), Statements(limits)] if limits else blocks
 
 
 def gained_blocks(shown: Shown) -> list[Block]:
-    """Held-out residual by joint, before and after, and its map over time; empty without held-out runs."""
+    """Held-out residual by joint, before and after; empty without held-out runs."""
     if (residuals := shown.residuals) is None:
         return []
     before, after = residuals
@@ -111,10 +94,7 @@ def gained_blocks(shown: Shown) -> list[Block]:
     title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
     picture = _bars(shown, before, after, shown.noise, "residual")
     remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
-    return [
-        _joint_table(shown, before, after),
-        Grid([Figure(title, remark, picture), *_map(shown)]),
-    ]
+    return [_joint_table(shown, before, after), Figure(title, remark, picture)]
 
 
 def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
@@ -141,24 +121,6 @@ def _bars(shown: Shown, before: np.ndarray, after: np.ndarray, noise: np.ndarray
     return bars(before / noise, after / noise, shown.names, f"{label} over noise")
 
 
-def _map(shown: Shown) -> list[Block]:
-    """Maps of the unexplained residual of a held-out run, without and with findings."""
-    if not shown.traces:
-        return []
-    trace = shown.judged[0]
-    level, reference = shown.noise, "the noise floor"
-    if not shown.over_noise:
-        squares = np.sum(trace.after**2 * trace.weight, axis=0) / np.maximum(trace.weight.sum(axis=0), 1.0)
-        level, reference = np.maximum(np.sqrt(squares), 1e-300), "the joint's rms with findings"
-    remark = f"{trace.name}; no color: up to {PALE:g} times {reference}; full color: {FULL:g} times or more"
-    return [
-        Figure(
-            f"Residual over joint and time: {title}", remark, where_and_when(trace, level, shown.names, stage)
-        )
-        for stage, title in (("before", "baseline"), ("after", "with findings"))
-    ]
-
-
 def _parameters(shown: Shown) -> list[Block]:
     """One row per determined parameter, undecided findings last; empty without findings."""
     rows: list[list[Cell]] = []
@@ -175,30 +137,6 @@ def _parameters(shown: Shown) -> list[Block]:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(reasons)] if reasons else []), Paragraph(HELD_OUT)]
-
-
-def _changes(shown: Shown) -> list[Block]:
-    """Table of all candidates that alone would lower the error; empty without any."""
-    named_changes = zip(change_names(shown.diagnosis), shown.diagnosis.changes, strict=True)
-    rows: list[list[Cell]] = [
-        [
-            name,
-            shown.names[change.joint],
-            fixed(change.squared_error_percent, 1),
-            fixed(change.std_percent, 1),
-        ]
-        for name, change in named_changes
-        if change.squared_error_percent < -LEAST_CHANGE
-    ]
-    if not rows:
-        return []
-    data = "held-out runs" if shown.residuals else "fitted runs, each block predicted by the others"
-    note = (
-        f"Change of the squared prediction error of {data} when only this candidate is added, on the joint "
-        f"that improves most (negative is better); std: standard deviation over time blocks. {CHECK}"
-    )
-    head = ["candidate, alone", "most improved joint", "squared error, %", "std, %"]
-    return [Table(head, rows, words=(1,), first=TOP), Paragraph(note)]
 
 
 def simulation_section(shown: Shown) -> Section:

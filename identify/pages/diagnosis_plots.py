@@ -18,11 +18,6 @@ DOTS = 500
 """Number of dots in a profile; more would hide one another."""
 STRETCH = 20.0
 """Longest part of a run that is drawn [s]."""
-CELLS = 72
-"""Columns of a map; in a run of half a minute, each lasts about one swing."""
-PALE, FULL = 1.3, 4.0
-"""Residual over noise above which a cell of the map is colored, and at which it has full color: by chance
-alone, the few rows of a cell exceed the noise by up to a third."""
 KEYS = [("before", "before"), ("after", "after")]
 BINS = 28
 """Number of bins in a profile; in a run of half a minute, each has some hundred rows."""
@@ -239,32 +234,6 @@ def bars(
         parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
         parts.append(text(x, 15, "noise", "tick middle"))
     return picture(520, 50 + height, label, "".join(parts))
-
-
-def where_and_when(trace: Trace, level: np.ndarray, names: Sequence[str], residuals: str) -> str:
-    """Map of a residual over joint and time; a level (n,) sets the scale of each joint's color."""
-    x0, width, step = 110.0, 350.0, 20.0
-    edges = np.linspace(0, len(trace.time), CELLS + 1).astype(int)
-    parts = []
-    for joint, name in enumerate(names):
-        top = 8 + joint * step
-        parts.append(text(x0 - 8, top + 13, name, "name end"))
-        squares = getattr(trace, residuals)[:, joint] ** 2 * trace.weight[:, joint]
-        for cell in range(CELLS):
-            rows = slice(edges[cell], edges[cell + 1])
-            sliding = float(np.sum(trace.weight[rows, joint]))
-            share = np.sqrt(np.sum(squares[rows]) / sliding) / level[joint] if sliding else 1.0
-            depth = np.clip((share - PALE) / (FULL - PALE), 0.0, 1.0)
-            if depth > 0.0:
-                x = x0 + width * cell / CELLS
-                look = f'class="heat" fill-opacity="{depth:.2f}"'
-                parts.append(rect(look, x, top, width / CELLS + 0.2, step - 2))
-    bottom = 8 + step * len(names)
-    frame = rect('class="frame"', x0, 8, width, bottom - 10)
-    first, last = f"{trace.time[0]:.0f} s", f"{trace.time[-1]:.0f} s"
-    ends = text(x0, bottom + 12, first, "tick") + text(x0 + width, bottom + 12, last, "tick end")
-    title = f"{trace.name}, {residuals}: residual over joint and time"
-    return picture(472, bottom + 18, title, frame + "".join(parts) + ends)
 
 
 def forward_plot(forward: Forward, joint: int, unit: str = TURNING) -> str:

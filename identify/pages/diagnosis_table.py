@@ -72,9 +72,11 @@ def _of_findings(diagnosis: Diagnosis, joint: int) -> Iterator[tuple[str, str, s
 
 
 def joints_listed(diagnosis: Diagnosis, finding: Finding) -> list[int]:
-    """Joints of which a finding explains a part; the one that it affects most if it explains none."""
-    joints = np.flatnonzero(shares(diagnosis, finding) >= LEAST)
-    return [int(joint) for joint in joints] or [clearest_joint(diagnosis, finding)]
+    """Joints of which a finding explains a part; if it explains none, the one that shows a named one best."""
+    explained = shares(diagnosis, finding)
+    joints = [int(joint) for joint in np.flatnonzero(explained >= LEAST)]
+    shown = finding in diagnosis.findings or bool(np.any(np.isnan(explained)))
+    return joints or ([clearest_joint(diagnosis, finding)] if shown else [])
 
 
 def _finding_words(diagnosis: Diagnosis, finding: Finding) -> str:

@@ -9,7 +9,7 @@ import pinocchio as pin
 from exidyn.identification.effects import RigidBody
 from exidyn.identification.plausible.mistake import with_gravity
 
-from ..injected import _motion
+from ..injected import _motion, push_torque
 from .recordings import Log
 
 Make = Callable[[Log], Log]
@@ -67,10 +67,6 @@ def wrong_axis(log: Log) -> Log:
     return log._replace(model=replace(log.model, robot=replace(log.model.robot, kinematics=kinematics)))
 
 
-def on_its_side(log: Log) -> Log:
-    return log._replace(model=with_gravity(log.model, np.array([9.81, 0.0, 0.0])))
-
-
 def frozen(log: Log) -> Log:
     """Positions stand still for a fifth of the time, efforts do not."""
     position, share = log.position.copy(), log.time / log.time[-1]
@@ -80,15 +76,12 @@ def frozen(log: Log) -> Log:
 
 def pushed(log: Log) -> Log:
     """Three pushes on the last link, each of half the usual torque of the joint that it loads most."""
-    kinematics, dof, torque = log.model.robot.kinematics, log.model.robot.dof, log.effort.copy()
-    data, share, rng = kinematics.createData(), log.time / log.time[-1], np.random.default_rng(1)
-    usual = np.sqrt(np.mean(log.effort**2, axis=0))
+    torque, share, rng = log.effort.copy(), log.time / log.time[-1], np.random.default_rng(1)
     for begin, end in ((0.15, 0.2), (0.55, 0.63), (0.8, 0.83)):
-        rows, force, load = np.flatnonzero((share > begin) & (share < end)), rng.normal(size=3), []
-        for row in rows:
-            jacobian = pin.computeJointJacobian(kinematics, data, log.position[row], dof)
-            load.append((data.oMi[dof].rotation @ jacobian[:3]).T @ force / per_unit(log))
-        torque[rows] -= 0.5 * np.array(load) / np.max(np.sqrt(np.mean(np.square(load), axis=0)) / usual)
+        rows = (share > begin) & (share < end)
+        load = push_torque(log.model.robot.kinematics, log.position[rows], rng.normal(size=3)) / per_unit(log)
+        size = np.max(np.sqrt(np.mean(load**2, axis=0) / np.mean(log.effort**2, axis=0)))
+        torque[rows] += 0.5 * load / size
     return log._replace(effort=torque)
 
 
@@ -108,7 +101,8 @@ MISTAKES: dict[str, tuple[Make, tuple[str, ...]]] = {
     "columns of joints 4 and 5 exchanged": (columns({3: {4: 1.0}, 4: {3: 1.0}}), ()),
     "two clocks": (two_clocks, ("time_delay",)),
     "wrong axis of joint 3": (wrong_axis, ()),
-    "gravity on its side": (on_its_side, ("base_tilt",)),
+    "gravity on its side": (
+        lambda log: log._replace(model=with_gravity(log.model, np.array([9.81, 0.0, 0.0]))), ("base_tilt",)),
     "frozen positions": (frozen, ()),
     "three pushes": (pushed, ("contact_event",)),
     "elbow relative to the ground": (columns(ELBOW, SAME), ("kinematic_coupling",)),

@@ -199,16 +199,12 @@ def undecided(one: Finding) -> Named:
 
 
 def near(known: Known, found: Diagnosis) -> str:
-    """How near an effect that is not named was to it: undecided, or what its kind alone would change."""
+    """How near an effect that is not named was to it."""
     for one in found.undecided:
         for other in (one, *one.alternatives):
             if (other.effect, other.joints) == (known.effect, known.joints):
                 return f"undecided, probability {other.probability:.2f}"
-    for one in found.changes:
-        if (one.effect, one.joints) == (known.effect, known.joints):
-            change = f"power {one.squared_error_percent:+.0f} ± {one.std_percent:.0f} % at J{one.joint + 1}"
-            return f"alone, {change}, gain {one.gain:.1f}"
-    return "not among what alone would change most"
+    return "not among what it may be"
 
 
 def improvement(found: Diagnosis) -> dict[str, Any] | None:

@@ -1,7 +1,6 @@
 """docs/proof.md: what was named on the real recordings beside what is known of them, in tables."""
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,55 +47,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-WAYS = {"product": "values stated", "bare": "no values stated"}
-"""Who answered -> heading."""
-
-
-def simulated_section(file: Path | None) -> str:
-    """What was found again, by a file of `concealed.py --json`; without one, where to count it."""
-    if file is None:
-        return SIMULATED
-    saved = json.loads(file.read_text())
-    scores = {"product": saved} | {who: saved[who] for who in WAYS if who in saved}
-    header = ["", *(WAYS[who] for who in scores)]
-    rows = [[name, *(words(score) for score in scores.values())] for name, words in ROWS.items()]
-    return f"{SIMULATED}\n{table(header, rows)}\n{otherwise(saved)}"
-
-
-def _percent(key: str) -> Callable[[dict[str, Any]], str]:
-    return lambda score: f"{100 * score[key]:.0f} %"
-
-
-ROWS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "cases": lambda score: str(score["cases"]),
-    "single effects large enough to be seen": lambda score: str(score["detectable"]),
-    "of these, named, on the right joint, first": _percent("top1"),
-    "of these, named or among the alternatives": _percent("with_alternatives"),
-    "nothing missing, and something named": lambda score: (
-        f"{score['false_alarms']} of {score['nothing_cases']} cases"
-    ),
-    "two effects: found": _percent("double_recall"),
-    "two effects: right of what is named": _percent("double_precision"),
-    "an effect without a model here: something else named": _percent("outside_misnamed"),
-}
-"""Row of the table -> its words."""
-
-
-def otherwise(score: dict[str, Any]) -> str:
-    """Singles that were called otherwise, cases without an effect that were named, each with its number."""
-    called = [f"{truth} as {name} ({times})" for truth, name, times in score["confusion"]]
-    text = "; ".join(called).replace("_", " ")
-    return f"Of all strengths, called otherwise: {text or 'nothing'}.\n"
-
-
-def write_pages(
-    path: Path, figures: dict[str, Any], answers: Sequence[Answer], simulated: Path | None
-) -> None:
-    """Write the page; with figures of simulated arms, if given."""
+def write_pages(path: Path, figures: dict[str, Any], answers: Sequence[Answer]) -> None:
+    """Write the page."""
     given = {one["case"]: one for one in answers}
     parts = [INTRODUCTION, summary(figures, answers)]
     parts += [section(given[key]) for key in ABOUT if key in given]
-    parts += [known_section(answers), simulated_section(simulated)]
+    parts += [known_section(answers), SIMULATED]
     path.write_text("\n".join(parts), encoding="utf-8")
     print(f"\npage in {path}")
 
@@ -112,16 +68,7 @@ def summary(figures: dict[str, Any], answers: Sequence[Answer]) -> str:
         ["diagnosed again, nothing named", fixed_words(figures)],
         ["joints worse held out than before, by more than 2 %", str(figures["worse_held_out"])],
         *[["EMPS, position", worse_position(one["open_loop"])] for one in answers if one["open_loop"]],
-        ["longest diagnosis", longest(answers)],
     ]
-    if figures["cpu_seconds_per_minute_set"]:
-        arm = CASES[figures["cpu_seconds_per_minute_set"]].title
-        rows.append(
-            [
-                "most for six joints",
-                f"{figures['cpu_seconds_per_minute']:.1f} s of one core a minute of data ({arm})",
-            ]
-        )
     each = [row_of(one) for one in answers]
     header = ["set", "known, named", "size off", "false", "unverified", "again, nothing named"]
     return f"{table(['all sets', ''], rows)}\n{table(header, each)}"
@@ -157,15 +104,6 @@ def known_section(answers: Sequence[Answer]) -> str:
 def evidence(known: dict[str, Any]) -> str:
     """How an effect is known, with the figures of the fit that shows it."""
     return "; ".join(part for part in (known["how"], known["shown"]) if part)
-
-
-def longest(answers: Sequence[Answer]) -> str:
-    """The set that took longest, with the length of its recordings."""
-    one = max(answers, key=lambda one: one["seconds"])
-    return (
-        f"{one['seconds']:.0f} s for {one['data_seconds']:.0f} s of {one['joints']} joints "
-        f"({CASES[one['case']].title}; {one['process_seconds']:.0f} s of one core)"
-    )
 
 
 def section(one: Answer) -> str:

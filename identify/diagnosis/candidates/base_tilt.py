@@ -57,8 +57,9 @@ def tilts(model: Model) -> Iterator[Candidate]:
     names, lower = ("tilt_x", "tilt_y"), (-np.inf, -np.inf)
     nominal = ((0.0, LEANING),) * 2
     yield Candidate(
-        "base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True, expected=nominal, carried=True
-    )
+        "base_tilt", (), columns, names, ("rad", "rad"), lower, smooth=True, expected=nominal, carried=True,
+        loaded=True,
+    )  # fmt: skip
 
 
 def mounted_differently(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Iterator[Candidate]:

@@ -152,8 +152,9 @@ KINDS = {
     ),
     "friction_asymmetry": Kind(
         family="direction",
-        sentence="{joint} has asymmetric friction: {Fa:forwards|backwards} its dry friction is {Fa:size} "
-        "above the mean of both directions[, and {Fva:forwards|backwards} its viscous friction {Fva:size}]",
+        sentence="{joint} has asymmetric friction[: {Fa:forwards|backwards} its dry friction is {Fa:size} "
+        "above the mean of both directions][, {Fva:forwards|backwards} its viscous friction {Fva:size} above "
+        "the mean]",
         drawn_against=("velocity", "position"),
         shapes=({}, {"viscous": True}),
         mistaken_for=("current_offset", "joint_spring"),

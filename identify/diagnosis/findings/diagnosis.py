@@ -14,7 +14,7 @@ from .adequacy import Adequacy
 from .beliefs import Beliefs
 from .evidence import Evidence
 from .finding import Finding
-from .residuals import Budget, Change, Located, Remainder
+from .residuals import Budget, Located, Remainder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +58,6 @@ class Diagnosis(InNotebook):
         undecided: Findings without a certain name, each with its alternatives.
         remainders: Joints on which something remains that no effect of the vocabulary explains.
         moments: Times at which a run differs from the model as at no other.
-        changes: Change of the residual by each candidate alone.
         located: Residual of every joint by the quantity on which it depends.
         budget: Residual of every joint by cause; None for a diagnosis without a budget.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
@@ -89,7 +88,6 @@ class Diagnosis(InNotebook):
     undecided: tuple[Finding, ...] = ()
     remainders: tuple[Remainder, ...] = ()
     moments: tuple[Moment, ...] = ()
-    changes: tuple[Change, ...] = ()
     located: tuple[Located, ...] = ()
     budget: Budget | None = None
     noise: np.ndarray

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...schema import Count, EffectName, Probability, Real
+from ...schema import Count, Probability, Real
 
 UNCERTAIN = ""
 """Dependence of a remainder that no recorded quantity predicts well enough."""
@@ -46,21 +46,6 @@ class Budget:
     after_rms: np.ndarray
     shares: tuple[Share, ...]
     held_out: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Change:
-    """Change of the residual by one candidate alone."""
-
-    effect: EffectName  # name in the vocabulary
-    joints: tuple[int, ...]  # where it acts, from 0
-    joint: int  # joint that improves most, from 0
-    # Change of the squared prediction error of that joint [%]; negative is better.
-    squared_error_percent: Real
-    std_percent: Real  # standard deviation of that change over blocks [%]
-    gain: Real  # logarithm of the Bayes factor for the candidate
-    # Detail, in words, that distinguishes it from other candidates with its effect and joints.
-    which: str = ""
 
 
 @dataclass(frozen=True)

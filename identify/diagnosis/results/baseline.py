@@ -36,11 +36,10 @@ def baselines(result: SearchResult) -> Iterator[Prediction]:
 
 def _of_model(rows: Rows, count: int) -> Rows:
     """Rows with the first `count` unknowns, those of the model, and drive gains."""
-    names = list(enumerate(rows.names))
-    places = np.array([place for place, name in names if place < count or name.startswith(GAIN)], int)
+    names = rows.names
+    places = [place for place, name in enumerate(names) if place < count or name.startswith(GAIN)]
     fields = {name: getattr(rows, name)[places] for name in ("std", "mean", "lower", "bounded")}
-    named = tuple(rows.names[place] for place in places)
-    return replace(rows, columns=rows.columns[:, :, places], names=named, **fields)
+    return replace(rows, columns=rows.columns[:, :, places], names=tuple(names[k] for k in places), **fields)
 
 
 def _weighted(start: Prediction, rows: Rows, sums: BlockRows) -> Prediction:

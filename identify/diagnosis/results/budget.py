@@ -1,4 +1,4 @@
-"""Budget: causes of the baseline residual, its dependences, and its change by each candidate alone."""
+"""Budget: causes of the baseline residual, and the quantities on which it depends."""
 
 from collections.abc import Sequence
 
@@ -6,10 +6,8 @@ import numpy as np
 
 from ..blocks.prediction import Prediction
 from ..candidates import dependence_of
-from ..findings.residuals import Budget, Change, Located, Remainder, Share
+from ..findings.residuals import Budget, Located, Remainder, Share
 from ..questions.block_answer import Answer
-from ..questions.comparison import relative_change
-from ..search.problem import Problem
 from ..search.selected import Selected
 
 NOISE, OTHER = "sensor noise", "nothing that was recorded"
@@ -89,10 +87,10 @@ def located(
     known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
     rows = []
     for share in budget.shares:
-        acts_on, depends_on, sure = range(len(share.percent)), share.kind, None
+        acts_on, depends_on, sure = list(range(len(share.percent))), share.kind, None
         if share.finding is not None:
             finding = selected[share.finding]
-            candidate, acts_on = finding.answer.candidate, finding.answer.columns.joints
+            candidate, acts_on = finding.answer.candidate, list(map(int, finding.answer.columns.joints))
             depends_on = dependence_of(candidate) or candidate.effect
             sure = finding.dependence_probability if finding.proven else None
         for joint in acts_on:
@@ -100,30 +98,3 @@ def located(
                 probability = known.get((joint, depends_on)) if share.finding is None else sure
                 rows.append(Located(joint, depends_on, size, probability, share.finding))
     return tuple(sorted(rows, key=lambda row: (row.joint, -row.share)))
-
-
-MOST = 20
-"""Largest number of listed candidates."""
-
-
-def changes(problem: Problem, single: Sequence[Answer]) -> list[Change]:
-    """Candidates that predict most when each is added alone, the best first."""
-    judged = _judging(problem.blocks.fitted)
-    rows = [_change(answer, judged) for answer in single if answer.gain > 0.0]
-    return sorted(rows, key=lambda change: change.squared_error_percent)[:MOST]
-
-
-def _change(answer: Answer, judged: np.ndarray) -> Change:
-    """Relative change of the squared error over the evaluated blocks, with its standard deviation."""
-    joint = answer.joint
-    change, std = relative_change(answer.predicted[judged, joint], answer.errors[judged, joint])
-    candidate = answer.candidate
-    return Change(
-        candidate.effect,
-        candidate.joints,
-        joint,
-        100.0 * change,
-        100.0 * std,
-        answer.gain,
-        candidate.which,
-    )

@@ -220,13 +220,15 @@ def deviations(
         std = np.maximum(near[unknowns[:count]], np.hypot(fixed[unknowns[:count]], over))
         shape = dict(zip(names, near[unknowns[count:]].tolist(), strict=True))
         shape = {name: max(shape.get(name, 0.0), shape_over[name]) for name in candidate.bounds}
-        deviations_of_all.append((std, shape | _of_reported(candidate, shape)))
+        expected = selected.answer.columns.mean
+        share = float(np.linalg.norm(std[expected != 0.0] / expected[expected != 0.0]))
+        deviations_of_all.append((std, shape | _of_reported(candidate, shape, share)))
     return deviations_of_all
 
 
-def _of_reported(candidate: Candidate, std: Mapping[str, float]) -> dict[str, float]:
-    """Standard deviations of results derived from the shape, to first order."""
-    changes = dict.fromkeys(candidate.reported, 0.0)
+def _of_reported(candidate: Candidate, std: Mapping[str, float], share: float) -> dict[str, float]:
+    """Standard deviations of results derived from the shape, whose torque has the relative std `share`."""
+    changes = {name: (share * value) ** 2 for name, (value, _) in candidate.reported.items()}
     for name, deviation in std.items():
         low, high = (_shaped(candidate, name, sign * deviation * STEP) for sign in (-1, 1))
         for quantity in changes:

@@ -165,12 +165,10 @@ def fast_ripples(runs: Sequence[Driven], noise: np.ndarray, units: Sequence[str]
     """
     for joint, floor in enumerate(noise.tolist()):
         if (fast := line_above_cutoff(runs, joint)) is not None:
-            waves = (
-                f"{round(fast.waves)} waves per turn of the joint, {digits(fast.amplitude, 2)} {units[joint]}"
-            )
-            cure = f"above the filter's cut-off: raise --torque-cutoff to {np.ceil(fast.cutoff):.0f} Hz"
+            waves = f"{round(fast.waves)} waves per turn, {digits(fast.amplitude, 2)} {units[joint]}"
+            cure = f"to see it: --torque-cutoff {np.ceil(fast.cutoff):.0f}"
             over = fast.amplitude / np.sqrt(2.0) / floor
-            yield Remainder(joint, float(over), 1 - LINES, f"position, {waves}, {cure}")
+            yield Remainder(joint, float(over), 1 - LINES, f"position ({waves}; {cure})")
 
 
 def beside_unnamed(result: SearchResult, features: list[Answer], noise: np.ndarray) -> SearchResult:

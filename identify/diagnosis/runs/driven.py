@@ -66,11 +66,11 @@ class Driven:
     torque: np.ndarray  # motor torque of the fitted model, at full rate, shape (t, n) [N m]
     unloaded: Unloaded  # quantities of this run that do not depend on the load
     peak: np.ndarray | None = None  # largest torque of each joint in all runs, (n,) [N m]; None for this run
-    found: pin.Model | None = None  # arm with the bodies found too; None without any
+    found: pin.Model | None = None  # arm with the bodies fitted and found so far; None for the nominal ones
 
     @property
     def bodies(self) -> pin.Model:
-        """Arm with nominal links and payload, and with the bodies found so far."""
+        """Arm with the bodies fitted and found so far; nominal before."""
         return self.unloaded.bodies if self.found is None else self.found
 
     @classmethod

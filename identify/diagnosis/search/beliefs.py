@@ -19,6 +19,7 @@ from ..runs.driven import Driven
 from ..runs.rows import GAIN
 from .checks import answer_beside
 from .problem import Problem
+from .ranking import total_prior
 from .search import SearchResult, search
 from .selected import Selected, answers_of, keys_of, log_prior
 
@@ -49,52 +50,48 @@ def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Bel
     described = free.with_priors(described_model)
     if np.all(_residual(described.without_findings) <= ALIKE * _residual(free.without_findings)):
         result = search(described)
-        return result, _beliefs(result, described_model, result.prediction, ())
+        return result, _beliefs(result, described_model, result.prediction)
     freely = search(free)
     result = search(freely.problem.with_priors(described_model), freely)
-    checked = _checked(result, freely)
-    if checked is None:
-        return freely, _beliefs(freely, described_model, freely.prediction, ())
-    result, conditional, without = checked
-    return result, _beliefs(result, described_model, without, conditional)
+    return _chosen(result, freely, described_model)
 
 
 def with_tolerance(model: Model, tolerance: float | None) -> Model:
     """The model with this relative standard deviation of its inertias; None for free ones."""
-    fields = {"inertial_tolerance": FREE if tolerance is None else tolerance}
-    return replace(model, robot=replace(model.robot, **fields, inertias_stated=tolerance is not None))
+    stated = tolerance is not None
+    robot = replace(
+        model.robot, inertial_tolerance=FREE if tolerance is None else tolerance, inertias_stated=stated
+    )
+    return replace(model, robot=robot)
 
 
-def _checked(
-    result: SearchResult, freely: SearchResult
-) -> tuple[SearchResult, tuple[int, ...], Prediction] | None:
-    """The result with bodies as described, its findings that free bodies absorb, and the fit without them.
+def _chosen(result: SearchResult, freely: SearchResult, described: Model) -> tuple[SearchResult, Beliefs]:
+    """The result with bodies as described, or with free bodies if the description does not hold.
 
-    None if the description does not hold: too many bodies differ, or no finding restores it. A finding that
-    explains a small part of what the description leaves is unproven.
+    It does not hold if too many bodies differ from it, or if no finding restores it. Findings that free
+    bodies absorb are marked; one that explains a small part of what the description leaves is unproven.
     """
-    selected = list(result.selected)
-    bodies = [finding for finding in selected if finding.answer.candidate.effect == "link_inertia"]
-    absorbed = _absorbed(result, freely, selected)
-    if len(bodies) > BODIES or not absorbed:
-        return None
-    problem = freely.problem.with_load_of(result.problem)
-    without = problem.prediction([f.answer for f in selected if f not in absorbed])
+    bodies = [finding for finding in result.selected if finding.answer.candidate.effect == "link_inertia"]
+    absorbed = _absorbed(result, freely)
+    free = freely.problem.with_load_of(result.problem)
+    without = free.prediction([finding.answer for finding in result.selected if finding not in absorbed])
     restoring = [finding for finding in absorbed if _restores(result, finding, without)]
-    if not restoring:
-        return None
-    selected = [
-        finding._replace(proven=finding.proven and (finding not in absorbed or finding in restoring))
-        for finding in selected
-    ]
-    conditional = tuple(place for place, finding in enumerate(result.selected) if finding in absorbed)
-    return replace(result, selected=tuple(selected)), conditional, without
+    if len(bodies) > BODIES or not restoring:
+        return freely, _beliefs(freely, described, freely.prediction)
+    selected = tuple(
+        finding._replace(conditional=finding in absorbed, proven=finding.proven and finding in restoring)
+        if finding in absorbed
+        else finding
+        for finding in result.selected
+    )
+    return replace(result, selected=selected), _beliefs(result, described, without)
 
 
-def _absorbed(result: SearchResult, freely: SearchResult, selected: Sequence[Selected]) -> list[Selected]:
+def _absorbed(result: SearchResult, freely: SearchResult) -> list[Selected]:
     """Findings that are not credible with free bodies, given all others."""
     problem, present = freely.problem.with_load_of(result.problem), keys_of(freely.selected)
-    total = sum({candidate.key: candidate.prior for candidate, _ in problem.candidates}.values())
+    selected = result.selected
+    total = total_prior(problem)
     absorbed = []
     for finding in selected:
         if finding.once or finding.answer.candidate.key in present:
@@ -123,12 +120,11 @@ def _residual(prediction: Prediction) -> np.ndarray:
     return np.sqrt(prediction.power(prediction.errors, judged if np.any(judged) else None))
 
 
-def _beliefs(
-    result: SearchResult, described: Model, free: Prediction, conditional: tuple[int, ...]
-) -> Beliefs:
+def _beliefs(result: SearchResult, described: Model, free: Prediction) -> Beliefs:
+    """Beliefs without the indices of findings, which are sorted later."""
     return Beliefs(
-        conditional=conditional,
-        absorbed_by=tuple(departures(described, free)) if conditional else (),
+        conditional=(),
+        absorbed_by=() if free is result.prediction else tuple(departures(described, free)),
         departures=tuple(departures(described, result.prediction)),
         described_rms=_residual(result.prediction),
         free_rms=_residual(free),

@@ -1,16 +1,16 @@
 """Checks of a search: whether held-out runs contradict the findings and the fitted parameters."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..blocks.prediction import Prediction
-from ..questions.block_answer import CERTAIN_ODDS, Answer
+from ..questions.block_answer import Answer
 from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..questions.shape import refined
 from .problem import Problem
-from .selected import Selected, answers_of, contradicted, log_prior
+from .selected import Selected, answers_of, contradicted
 
 WORSE = 1.02
 """Largest held-out residual of a joint, relative to the baseline, that still counts as noise [-]."""
@@ -37,7 +37,7 @@ def with_refined_shape(problem: Problem, prediction: Prediction, answer: Answer)
 
 
 def checked_by_held_out(
-    problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
+    problem: Problem, selected: list[Selected], without_findings: Prediction
 ) -> list[Selected]:
     """Findings whose torque held-out runs do not contradict.
 
@@ -52,17 +52,17 @@ def checked_by_held_out(
         answer = answer_beside(problem, finding.answer, answers_of(others), with_all)
         if answer and contradicted(answer):
             selected = others
-    return without_harmful(problem, selected, without_findings, total)
+    return without_harmful(problem, selected, without_findings)
 
 
 def without_harmful(
-    problem: Problem, selected: list[Selected], without_findings: Prediction, total: float
+    problem: Problem, selected: list[Selected], without_findings: Prediction
 ) -> list[Selected]:
     """The most findings with which no held-out joint is predicted worse than by the baseline.
 
     Several findings may make a joint worse together, so they are removed one at a time: each time the one
     whose removal improves the worst joint most, until no joint is worse. Then each removed finding, the most
-    certain first, is restored if it does no harm given the others, in its own shape or in another one.
+    certain first, is restored if it does no harm given the others.
     """
     allowed = WORSE**2 * np.maximum(_held_out(problem, [], without_findings), 1.0)
 
@@ -82,29 +82,7 @@ def without_harmful(
     for finding in sorted(removed, key=lambda finding: -finding.odds):
         if worst([*selected, finding]) <= 1.0:
             selected = [*selected, finding]
-        elif reshaped := _in_another_shape(problem, selected, finding, worst, total):
-            selected = [*selected, reshaped]
     return selected
-
-
-def _in_another_shape(
-    problem: Problem,
-    others: Sequence[Selected],
-    removed: Selected,
-    worst: Callable[[Sequence[Selected]], float],
-    total: float,
-) -> Selected | None:
-    """The finding in its most probable shape that predicts no held-out joint worse; None if there is none."""
-    prediction = problem.prediction(answers_of(others))
-    shapes = problem.pairs(lambda candidate, _: candidate.key == removed.answer.candidate.key)
-    for shape in sorted(ask(prediction, shapes), key=lambda answer: -answer.gain):
-        answer = colouring(prediction, shape).chosen_as(removed.answer)
-        reshaped = removed._replace(answer=answer, odds=answer.odds + log_prior(answer, total))
-        if reshaped.odds < CERTAIN_ODDS:
-            break
-        if worst([*others, reshaped]) <= 1.0:
-            return reshaped
-    return None
 
 
 def nominal_if_better(

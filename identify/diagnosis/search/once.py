@@ -63,7 +63,7 @@ def _pushes(problem: Problem, prediction: Prediction, contact: Contact) -> bool:
     left = np.sum(during * (prediction.residual[rows] - torque) ** 2, axis=0)
     noise = np.maximum(prediction.weighting.variance / prediction.weighting.independent, left / PARTS)
     std = np.sqrt(np.diag(inverse(np.einsum("rnp,rn,rnq->pq", columns, during / noise, columns))))
-    return np.count_nonzero(large) >= 2 and bool(np.any(np.abs(contact.force) > INTERVAL * std))
+    return bool(np.count_nonzero(large) >= 2 and np.any(np.abs(contact.force) > INTERVAL * std))
 
 
 def moments(problem: Problem, prediction: Prediction) -> list[Moment]:

@@ -9,6 +9,7 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import pinocchio as pin
 
 from ...effects import TorqueCurve
 from ...model import Model
@@ -69,13 +70,21 @@ class Known:
 
     def on(self, run: Driven) -> Driven:
         """The run with the torque and load of this fit."""
-        fresh, robot = replace(run.after(self.model, self.values), found=None), self.model.robot
+        fresh, robot = run.after(self.model, self.values), self.model.robot
+        stated = robot.inertias_stated and not self.first
+        fresh = replace(fresh, found=self._bodies(fresh) if stated else None)
         for candidate, values in self.carried:
             torque = candidate.columns(fresh) @ values
             fresh = fresh.with_more_load(np.linalg.solve(robot.to_motors, torque.T).T, torque)
             if np.any(torque):  # a body may be on the flange in some runs only
                 fresh = replace(fresh, found=with_found(fresh.bodies, robot, candidate, values))
         return replace(fresh, peak=self.peak)
+
+    def _bodies(self, run: Driven) -> pin.Model | None:
+        """Arm with the fitted bodies of a run; None unless all of them have a mass."""
+        nominal, (fitted, _) = run.unloaded.bodies, self.model.bodies_apart(self.values, run.motion.payload)
+        pairs = zip(nominal.inertias, fitted.inertias, strict=True)
+        return fitted if all(body.mass > 0.0 or not stated.mass for stated, body in pairs) else None
 
 
 def load_unchanged(before: Sequence[Driven], after: Sequence[Driven]) -> bool:

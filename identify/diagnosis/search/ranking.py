@@ -26,10 +26,9 @@ Shapes = dict[object, Answer]
 """Answers in the best shape of an earlier ranking, by hypothesis: a cache, as shapes are slow to search."""
 
 
-def total_prior(best: Sequence[Answer], problem: Problem) -> float:
+def total_prior(problem: Problem) -> float:
     """Sum of the prior weights of all hypotheses."""
-    by_key = {candidate.key: candidate.prior for candidate, _ in problem.candidates}
-    return float(sum((by_key | {answer.candidate.key: answer.candidate.prior for answer in best}).values()))
+    return float(sum({candidate.key: candidate.prior for candidate, _ in problem.candidates}.values()))
 
 
 def ranked(

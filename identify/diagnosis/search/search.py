@@ -35,7 +35,6 @@ class SearchResult:
     selected: tuple[Selected, ...]  # findings in the order of their columns, largest first
     prediction: Prediction  # prediction with the columns of all findings, which are the last of its rows
     without_findings: Prediction  # prediction of the baseline
-    single: tuple[Answer, ...]  # every hypothesis as the only finding, most probable first
     shapes: Shapes = field(default_factory=dict)  # best shapes of hypotheses
 
     def ordered(self) -> "SearchResult":
@@ -60,12 +59,10 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     shapes: Shapes = start.shapes if start else {}
     selected = list(start.selected) if start else _measured_effects(problem, without_findings)
     problem = problem.with_candidates(_suggested_by_baseline(problem, without_findings))
-    ranking = ranked(problem, without_findings, [], shapes)
-    total, single = total_prior(ranking, problem), without_idle_curves(ranking, without_findings)
-    out = set[object]()
+    total, out = total_prior(problem), set[object]()
     for _ in range(CHECKS):
         problem, selected = _converged(problem, selected, total, shapes, out)
-        kept = checked_by_held_out(problem, selected, without_findings, total)
+        kept = checked_by_held_out(problem, selected, without_findings)
         gone = keys_of(selected) - keys_of(kept)
         selected, out = kept, out | gone
         if not gone:
@@ -77,7 +74,7 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     if shown := shown_by_held_out([answer for answer in left if answer.candidate.key not in out], total):
         selected = [*selected, *shown]
         prediction = problem.prediction(answers_of(selected))
-    return SearchResult(problem, tuple(selected), prediction, without_findings, tuple(single), shapes)
+    return SearchResult(problem, tuple(selected), prediction, without_findings, shapes)
 
 
 def _converged(

@@ -32,6 +32,7 @@ class Selected(NamedTuple):
     once: bool = False  # whether it happened once, so that no other block predicts it
     alone: bool = False  # whether one joint alone shows an effect on the whole arm, which is then not named
     proven: bool = True  # whether its effect on fitted blocks and on held-out runs excludes zero
+    conditional: bool = False  # whether free bodies absorb it, so that it depends on the described ones
     unnamed: float = 0.0  # unexplained squared torque over that explained by it [-]
     fits: bool = True  # whether the model with all findings fits its joints as correct models do
 

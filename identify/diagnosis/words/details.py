@@ -3,7 +3,7 @@
 from ...text_table import percent
 from ..candidates import kind_of, kinds
 from ..findings.diagnosis import Diagnosis
-from ..findings.finding import Finding
+from ..findings.finding import Finding, Hypothesis
 from ..search.selected import EXCLUDED
 from .naming import effect_words, joined, lower, named
 from .verdict import decides, finding_sentence
@@ -27,7 +27,7 @@ def details(diagnosis: Diagnosis, finding: Finding, folder: str = "") -> list[st
 
 def _excluded(diagnosis: Diagnosis, finding: Finding) -> str:
     """Sentence on similar effects that the data exclude."""
-    hypotheses = [*diagnosis.all_findings]
+    hypotheses: list[Hypothesis] = [*diagnosis.all_findings]
     hypotheses += [other for each in diagnosis.all_findings for other in each.alternatives]
     present = {hypothesis.effect for hypothesis in hypotheses}
     tried, similar = diagnosis.tried or kinds(), kind_of(finding.effect).mistaken_for

@@ -34,15 +34,17 @@ def clearest_joint(diagnosis: Diagnosis, finding: Finding) -> int:
 def important(diagnosis: Diagnosis) -> list[Finding]:
     """Findings that explain a part of any joint's residual, decided or not, the most important first.
 
-    Those that explain most of a joint's residual come first, then those with more power over noise; findings
-    that the budget does not contain come last.
+    Certain names and families come first; among these, those that explain most of a joint's residual, then
+    those with more power over noise. Findings that the budget does not contain come last.
     """
     before = np.zeros(len(diagnosis.joints)) if diagnosis.budget is None else diagnosis.budget.before_rms
 
-    def importance(finding: Finding) -> tuple[bool, float, float]:
+    def importance(finding: Finding) -> tuple[bool, bool, float, float]:
+        certain = finding in diagnosis.findings or bool(finding.family)
         explained = np.nan_to_num(shares(diagnosis, finding))
         powers = np.array([explained * before**2, finding.torque_rms**2]) / diagnosis.noise**2
-        return bool(np.max(explained) > MOST), *map(float, np.max(powers, axis=1))
+        power, torque = map(float, np.max(powers, axis=1))
+        return certain, bool(np.max(explained) > MOST), power, torque
 
     explaining = [f for f in diagnosis.all_findings if not np.max(shares(diagnosis, f)) < LEAST]
     return sorted(explaining, key=importance, reverse=True)

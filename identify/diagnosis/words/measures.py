@@ -17,7 +17,7 @@ from ..findings.axes import AXES
 from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Finding
 from ..findings.quantities import SLIDING, TURNING, with_interval
-from ..findings.size import OF_A_CURVE, LeftOut, Point, Size
+from ..findings.size import OF_A_CURVE, LeftOut, Size
 from .naming import effect_words, joined
 
 BESIDE = "other parameters can absorb all of its torque but {} (root mean square)"
@@ -66,17 +66,12 @@ def size_words(size: Size, diagnosis: Diagnosis) -> str:
         return BESIDE.format(f"{with_interval(size.beside_rms, size.beside_std)} {unit}")
     axis = AXES[size.over]
     against = " against the motion" if axis.braking else ""
-    first, *others = (_place(point, unit_over(size, diagnosis)) for point in size.points)
-    torques = [with_interval(point.torque, point.std) for point in size.points]
-    if size.change:
-        values = joined([f"{t} {unit} at {at}" for t, at in zip(torques[1:], others, strict=True)])
-        return f"relative to that at a {axis.words} of {first}, its torque{against} is {values}"
-    values = joined([f"{t} {unit} at {at}" for t, at in zip(torques, (first, *others), strict=True)])
-    return f"over the {axis.words}, its torque{against} is {values}"
-
-
-def _place(point: Point, unit: str) -> str:
-    return f"{digits(point.at, 2)} {unit} ({point.which})"
+    unit_at = unit_over(size, diagnosis)
+    places = [f"{digits(point.at, 2)} {unit_at} ({point.which})" for point in size.points]
+    torques = [f"{with_interval(point.torque, point.std)} {unit} at " for point in size.points]
+    start = f"relative to that at a {axis.words} of {places[0]}" if size.change else f"over the {axis.words}"
+    values = [torque + place for torque, place in zip(torques, places, strict=True)][size.change :]
+    return f"{start}, its torque{against} is {joined(values)}"
 
 
 def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 
 from ..findings.diagnosis import Diagnosis
+from ..findings.finding import Hypothesis
 
 
 def joint_words(joint: int, joints: Sequence[str]) -> str:
@@ -51,25 +52,18 @@ def named(effect: str, joints: Sequence[int], names: Sequence[str]) -> str:
 
 def finding_names(diagnosis: Diagnosis) -> list[str]:
     """Names of all findings, undecided ones last; equal names are followed by their shapes."""
-    findings = diagnosis.all_findings
-    names = [named(finding.effect, finding.joints, diagnosis.joints) for finding in findings]
-    return distinct(names, [finding.which for finding in findings])
+    return distinct(diagnosis.all_findings, diagnosis.joints)
 
 
-def change_names(diagnosis: Diagnosis) -> list[str]:
-    """Names of the candidates in `changes`; equal names are followed by their shapes."""
-    names = [named(change.effect, change.joints, diagnosis.joints) for change in diagnosis.changes]
-    return distinct(names, [change.which for change in diagnosis.changes])
+def distinct(effects: Sequence[Hypothesis], joints: Sequence[str]) -> list[str]:
+    """Names of effects; those that occur several times with their shapes, "torque ripple (harmonic 7)"."""
+    names = [named(effect.effect, effect.joints, joints) for effect in effects]
+    return [
+        f"{name} ({effect.which})" if effect.which and names.count(name) > 1 else name
+        for name, effect in zip(names, effects, strict=True)
+    ]
 
 
 def joined(words: Sequence[str], last: str = "and") -> str:
     """Several words as an enumeration, such as "a, b and c"."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"
-
-
-def distinct(names: Sequence[str], details: Sequence[str]) -> list[str]:
-    """Names, with details behind those that occur several times, such as "torque ripple (harmonic 7)"."""
-    return [
-        f"{name} ({detail})" if detail and names.count(name) > 1 else name
-        for name, detail in zip(names, details, strict=True)
-    ]

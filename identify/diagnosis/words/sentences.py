@@ -10,6 +10,7 @@ import numpy as np
 
 from ...text_table import digits, percent
 from ..candidates import kind_of
+from ..findings.adequacy import Misfit
 from ..findings.diagnosis import Moment
 from ..findings.family import FAMILIES
 from ..findings.finding import Finding, Hypothesis
@@ -88,7 +89,7 @@ def _units(known: Mapping[str, Any], sliding: bool) -> dict[str, str]:
 def undecided_sentence(finding: Finding, joints: Sequence[str]) -> str:
     """Sentence on an undecided finding: its joints, its hypotheses, and why it is undecided."""
     where = joined([joint_words(joint, joints) for joint in finding.joints]) if finding.joints else "The arm"
-    known = f"{where}: the missing effect is "
+    known = f"{where}: the missing effect may be "
     if finding.family:
         sure = percent(finding.family_probability, 3)
         known = f"{where} has {FAMILIES[finding.family].words} ({sure}): "
@@ -148,7 +149,7 @@ def moment_sentence(moment: Moment) -> str:
     return f"{moment.run}, {span(moment)}: {where} from the model as at no other time{_force(moment)}."
 
 
-def span(moment: Moment) -> str:
+def span(moment: Moment | Misfit) -> str:
     """Start and end of a moment, in the time of its run."""
     return f"{moment.start:.2f} to {moment.end:.2f} s"
 

@@ -210,7 +210,7 @@ def test_the_page_opens_with_the_verdict_and_has_what_is_undecided_moments_and_c
 
 def test_the_page_reports_what_is_left_without_a_name():
     left = (Remainder(1, 2.14, 0.999, "position"),)
-    nothing = replace(diagnosis(), findings=(), undecided=(), budget=None, located=(), remainders=left)
+    nothing = replace(diagnosis(), findings=(), undecided=(), suspicions=(), budget=None, remainders=left)
     page = Page(report_html(nothing))
     assert "none of the effects that exidyn knows" in page.words
     assert "unexplained" in sections_of(page)

@@ -28,7 +28,6 @@ def path(tmp_path):
         (["findings", 0, "probability"], 1.5, "findings[0].probability: expected float <= 1.0; found 1.5"),
         (["findings", 0, "torque_rms"], [1.0], "[0].torque_rms: expected 2 values, one per joint; found 1"),
         (["findings", 0, "effect"], "Magic!", "findings[0].effect: expected str matching regex"),
-        (["changes"], [{"effect": "payload"}], "changes[0]: key 'joints' is missing"),
         (["torque_units"], ["N m", "lbf"], "torque_units[1]: invalid enum value 'lbf'"),
         (["budget", "shares", 0, "percent"], [], "shares[0].percent: expected 2 values, one per joint"),
         (["budget", "shares", 0, "finding"], 9, "budget.shares[0].finding: expected the place of one of "),

@@ -16,11 +16,10 @@ from exidyn.identification.diagnosis.words.details import details
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.effects import SpringBalancer
-from exidyn.identification.pages.diagnosis_document import summary
 from exidyn.identification.simulation.plant import Transmission
 
 from ...parts.small import two_joints
-from .test_diagnosis_words import diagnosis, finding
+from .test_diagnosis_words import diagnosis, finding, summary
 
 TRUE = SpringBalancer("shoulder", d21=0.7, d22=0.21, phi=0.4)
 KR, K0 = 50400.0, -20000.0

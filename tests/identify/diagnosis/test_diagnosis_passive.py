@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from exidyn.identification.diagnosis.candidates.contact_event import FlangeTorque, _pushed
-from exidyn.identification.diagnosis.diagnose import diagnose, nominal
+from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.diagnosis.search.problem import Problem
 from exidyn.identification.recordings.recording import Recording, Signal
 
+from ...parts.small.small_search import nominal
 from ..fit.test_passive_joint import arm, swinging
 
 

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 
 from exidyn.identification.arm.motion import Motion
-from exidyn.identification.diagnosis.diagnose import nominal
 from exidyn.identification.diagnosis.runs.usable import usable
+from exidyn.identification.diagnosis.search.beliefs import with_tolerance
 from exidyn.identification.diagnosis.search.problem import Problem
 from exidyn.identification.diagnosis.search.search import SearchResult, search
 from exidyn.identification.effects import Effect, JointSpring, NonlinearViscousFriction
@@ -67,6 +67,11 @@ def record(
 def problem(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> Problem:
     model = nominal(nominal_model() if model is None else model)
     return Problem.of(model, usable(model, runs)[0])
+
+
+def nominal(model: Model) -> Model:
+    """The model with free bodies, unless their tolerance is stated."""
+    return model if model.robot.inertias_stated else with_tolerance(model, None)
 
 
 def searched(runs: Sequence[tuple[str, Recording]], model: Model | None = None) -> SearchResult:
