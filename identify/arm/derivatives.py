@@ -11,8 +11,10 @@ SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 def differentiate(values: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """First and second time derivative, shape (t, n); three samples at each end are invalid."""
     padded = np.pad(values, ((3, 3), (0, 0)), mode="reflect", reflect_type="odd")
-    first, second = (
-        sum(tap * padded[place : place + len(values)] for place, tap in enumerate(taps))
-        for taps in (FIRST * rate, SECOND * rate**2)
-    )
-    return first, second
+    return _correlated(padded, FIRST * rate), _correlated(padded, SECOND * rate**2)
+
+
+def _correlated(padded: np.ndarray, taps: np.ndarray) -> np.ndarray:
+    """Sums of successive rows times taps (k,), shape (t - k + 1, n)."""
+    count = len(padded) - len(taps) + 1
+    return np.asarray(sum(tap * padded[place : place + count] for place, tap in enumerate(taps)))
