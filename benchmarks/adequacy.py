@@ -104,11 +104,11 @@ def gates(answers: dict[tuple[str, str], Answer]) -> dict[str, Callable[[Answer]
 
 def tables(answers: dict[tuple[str, str], Answer]) -> Answer:
     """Print all recordings and gates; the figures of exidyn's gate on all recordings."""
-    rows: list[Sequence[Any]] = []
+    rows = list[Sequence[Any]]()
     for (name, mistake), one in answers.items():
         counts = [len(one[key]) for key in ("names", "withheld", "failing")]
         rows.append(
-            [name, mistake, one["P"], one["X"], one["worst"], *counts, one["misfits"], one["seconds"]]
+            [name, mistake, *(one[key] for key in ("P", "X", "worst", "misfits", "seconds")), *counts]
         )
     head = ["recording", "mistake", "P", "X", "worst share", "misfits", "CPU s", "named", "withheld", "fail"]
     show("Recordings", head, rows)
