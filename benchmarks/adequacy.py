@@ -66,9 +66,8 @@ def judged(answers: dict[tuple[str, str], Answer], failed: Callable[[Answer], bo
     """Figures with a gate of whole recordings, or with that of exidyn."""
     false, lost, total, alarms, missed = 0, 0, 0, 0, 0
     for (name, mistake), one in answers.items():
-        every = [*one["names"], *one["withheld"]]
-        names = one["names"] if failed is None else [] if failed(one) else every
-        fails = bool(one["failing"]) if failed is None else failed(one)
+        every, fails = [*one["names"], *one["withheld"]], failed(one) if failed else bool(one["failing"])
+        names = one["names"] if failed is None else [] if fails else every
         if mistake:
             right = answers.get((name, ""), {"names": [], "withheld": []})
             known = [*right["names"], *right["withheld"]]
