@@ -66,9 +66,8 @@ def judged(answers: dict[tuple[str, str], Answer], failed: Callable[[Answer], bo
     """Figures with a gate of whole recordings, or with that of exidyn."""
     false, lost, total, alarms, missed = 0, 0, 0, 0, 0
     for (name, mistake), one in answers.items():
-        every = [*one["names"], *one["withheld"]]
-        names = one["names"] if failed is None else [] if failed(one) else every
-        fails = bool(one["failing"]) if failed is None else failed(one)
+        every, fails = [*one["names"], *one["withheld"]], failed(one) if failed else bool(one["failing"])
+        names = one["names"] if failed is None else [] if fails else every
         if mistake:
             right = answers.get((name, ""), {"names": [], "withheld": []})
             known = [*right["names"], *right["withheld"]]
@@ -104,11 +103,11 @@ def gates(answers: dict[tuple[str, str], Answer]) -> dict[str, Callable[[Answer]
 
 def tables(answers: dict[tuple[str, str], Answer]) -> Answer:
     """Print all recordings and gates; the figures of exidyn's gate on all recordings."""
-    rows: list[Sequence[Any]] = []
+    rows = list[Sequence[Any]]()
     for (name, mistake), one in answers.items():
         counts = [len(one[key]) for key in ("names", "withheld", "failing")]
         rows.append(
-            [name, mistake, one["P"], one["X"], one["worst"], *counts, one["misfits"], one["seconds"]]
+            [name, mistake, *(one[key] for key in ("P", "X", "worst", "misfits", "seconds")), *counts]
         )
     head = ["recording", "mistake", "P", "X", "worst share", "misfits", "CPU s", "named", "withheld", "fail"]
     show("Recordings", head, rows)

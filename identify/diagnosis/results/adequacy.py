@@ -36,18 +36,19 @@ CONCENTRATED = 3.0
 def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
     """The result without names where the model does not fit, and its adequacy.
 
-    One finding may make a joint fit that failed by far. If it takes several, they imitate what none of them
-    describes, and the joint fails all the same.
+    One finding may make a joint fit that failed by far, without making another fail. If it takes several,
+    they imitate what none of them describes, and the joint fails all the same.
     """
     problem, answers = result.problem, [finding.answer for finding in result.selected]
     found, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
     imitated = set(before.failing) - set(found.failing)
-    for answer in answers:
-        if imitated:
-            imitated &= set(adequacy(problem, problem.prediction([answer], result.prediction)).failing)
+    for answer in answers if imitated else ():
+        failing = set(adequacy(problem, problem.prediction([answer], result.prediction)).failing)
+        if failing <= set(before.failing):
+            imitated &= failing
     more = tuple(misfit for misfit in before.misfits if misfit.joint in imitated)
-    failing = tuple(sorted({*found.failing, *imitated}))
-    found = replace(found, failing=failing, misfits=(*found.misfits, *more))
+    all_failing = tuple(sorted({*found.failing, *imitated}))
+    found = replace(found, failing=all_failing, misfits=(*found.misfits, *more))
     fits = [not found.fails(answer.candidate.joints) for answer in answers]
     selected = (finding._replace(fits=fit) for finding, fit in zip(result.selected, fits, strict=True))
     return replace(result, selected=tuple(selected)).ordered(), found
