@@ -470,15 +470,15 @@ def test_what_is_not_credible_beside_all_others_goes():
     found = drag_search()
     assert names(found) == [("nonlinear_viscous_friction", (1,))]
 
+    total = total_prior(found.problem)
+
     def stay(total, changed=EVERYWHERE):
         return search._rechosen(found.problem, list(found.selected), total, changed, {}, set())
 
-    assert len(stay(total_prior(found.problem))) == 1
+    assert len(stay(total)) == 1
     # All is as improbable as one of very many.
-    assert stay(total_prior(found.problem) * 1e300) == []
-    assert stay(total_prior(found.problem) * 1e300, ~EVERYWHERE) == list(
-        found.selected
-    )  # nothing changed about it
+    assert stay(total * 1e300) == []
+    assert stay(total * 1e300, ~EVERYWHERE) == list(found.selected)  # nothing changed about it
 
 
 def test_each_finding_is_chosen_anew_of_all_hypotheses_given_all_others():
