@@ -25,8 +25,8 @@ from .parts import RARE
 
 APART = 1.5
 """Ratio between successive delays [-]."""
-DELAYS = tuple(sign * 1.2e-3 * APART**step for sign in (-1.0, 1.0) for step in range(9))
-"""Delays that are tried [s], from 1.2 to 31 ms; shorter ones are within the clock errors of any recording."""
+DELAYS = tuple(sign * 4e-3 * APART**step for sign in (-1.0, 1.0) for step in range(-3, 6))
+"""Delays that are tried [s], from 1.2 to 30 ms; shorter ones are within the clock errors of any recording."""
 DEVIATION = "deviation"
 """Name of the difference between one drive's delay and the common delay; the joint number follows."""
 WHOLE = 1e-6

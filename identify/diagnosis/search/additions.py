@@ -92,14 +92,15 @@ def material_answers(answers: Sequence[Answer], prediction: Prediction) -> list[
 def _material(answer: Answer, prediction: Prediction) -> bool:
     """Whether an effect explains more of the residual than errors in the formulas of other effects could.
 
-    This is judged on the joint that shows it best, by the common variance of blocks. A smooth torque must
-    also exceed the sensors' error of the joint's usual torque.
+    This is judged on that of its joints that shows it best, by the common variance of blocks. A smooth torque
+    must also exceed the sensors' error of the joint's usual torque.
     """
-    joint = answer.joint
+    own = answer.columns.joints
+    joint = int(own[np.argmax(answer.by_joint[own])])
     before, explained = explained_variance(prediction, answer, joint)
     least, usual = FORMULA**2 * before, answer.columns.usual
-    if answer.candidate.smooth and usual is not None and joint in answer.columns.joints:
-        least = max(least, (LINEAR * usual[answer.columns.joints == joint][0]) ** 2)
+    if answer.candidate.smooth and usual is not None:
+        least = max(least, (LINEAR * usual[own == joint][0]) ** 2)
     return explained > least or answer.relief > CERTAIN_ODDS
 
 

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from ..blocks.block_likelihood import above_zero, all_or_nothing
-from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
+from ..questions.block_answer import Answer
 from ..questions.comparison import relative_change
 from .problem import Problem
-from .selected import Selected, answers_of, log_prior
+from .selected import Selected, answers_of, odds_on_any_joint
 
 PROVEN = 0.95
 """Confidence level of the interval of what a finding explains, which must exclude zero [-]."""
@@ -18,38 +17,24 @@ FEW = 3
 
 
 def shown_by_held_out(answers: Sequence[Answer], total: float) -> list[Selected]:
-    """Best hypothesis for each joint that held-out runs show and fitted blocks do not contradict.
+    """Best hypothesis for each joint that is credible with the held-out runs, and not without them.
 
-    These findings are unproven: fitted blocks do not decide them.
+    Such a finding is unproven: it is listed as undecided.
 
     Args:
         answers: Answers with all findings in the model.
         total: Sum of the prior weights of all hypotheses.
     """
-    best: dict[int, tuple[float, Answer]] = {}
+    best: dict[int, Selected] = {}
     for answer in answers:
-        undecided = 0.0 < float(answer.by_joint.sum()) + answer.relief
-        odds, held = odds_held_out(answer, total), ~answer.fitted
+        held = ~answer.fitted
         joint = int(np.argmax(answer.gains[held].sum(axis=0))) if np.any(held) else 0
-        excludes_zero = explains(answer.predicted[held, joint], answer.errors[held, joint])
-        supported = odds > CERTAIN_ODDS and undecided and excludes_zero
-        if supported and odds > best.get(joint, (-np.inf,))[0]:
-            best[joint] = odds, answer
-    chosen = {id(answer): (odds, answer) for odds, answer in best.values()}.values()
-    return [Selected(answer, odds, proven=False) for odds, answer in chosen]
-
-
-def odds_held_out(answer: Answer, total: float) -> float:
-    """Log odds that an effect is there, from its prior and the held-out runs alone.
-
-    The alternatives are those of fitted blocks: no effect, or a misfit that differs from block to block.
-    """
-    held = ~answer.fitted
-    if not np.any(held):
-        return -np.inf
-    scatter = (all_or_nothing if answer.sized else above_zero)(answer.along[held], answer.size[held])
-    odds = against_all(answer.held_out - answer.cost, float(scatter) - answer.choice)
-    return odds + float(np.log(2.0)) + log_prior(answer, total)
+        gain = answer.held_out - answer.scatter_held_out
+        excludes_zero = gain > 0.0 and explains(answer.predicted[held, joint], answer.errors[held, joint])
+        odds = odds_on_any_joint(answer, total) + gain if excludes_zero else -np.inf
+        if odds > max(0.0, best[joint].odds if joint in best else 0.0):
+            best[joint] = Selected(answer, odds, proven=False)
+    return list({id(finding.answer): finding for finding in best.values()}.values())
 
 
 def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:

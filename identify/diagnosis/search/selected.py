@@ -7,9 +7,9 @@ import numpy as np
 
 from ..candidates import dependence_of, family_of
 from ..findings.family import FAMILIES
-from ..questions.block_answer import CERTAIN_ODDS, Answer
+from ..questions.block_answer import CERTAIN_ODDS, Answer, against_all
 from ..questions.candidate import Candidate
-from ..questions.comparison import SEEN, better, competing
+from ..questions.comparison import better, competing
 
 NAMED = 0.9
 """Probability from which on an effect is named: nine times that of all alternatives together."""
@@ -140,12 +140,13 @@ def log_prior(answer: Answer, total: float) -> float:
 def odds_of(answer: Answer, total: float) -> float:
     """Log odds that an effect is there, with the prior of its hypothesis.
 
-    An effect on the whole arm must also be seen without the joint that shows it best; otherwise -inf.
+    It must be seen on joints to which it gives torque: others gain if it frees masses that fit errors there.
+    An effect on the whole arm must also be seen without the joint that shows it best. Otherwise -inf.
     """
+    own = float(answer.by_joint[answer.columns.joints].sum())
     if not answer.candidate.joints and len(answer.by_joint) > 1:
-        if not answer.gain - max(float(answer.by_joint.max()), 0.0) > CERTAIN_ODDS:
-            return -np.inf
-    return _odds(answer, total)
+        own = answer.gain - answer.relief - max(float(answer.by_joint.max()), 0.0)
+    return odds_on_any_joint(answer, total) if own + answer.relief > CERTAIN_ODDS else -np.inf
 
 
 def contradicted(answer: Answer) -> bool:
@@ -153,21 +154,21 @@ def contradicted(answer: Answer) -> bool:
     return answer.held_out < -answer.scatter_held_out
 
 
-def _odds(answer: Answer, total: float) -> float:
+def odds_on_any_joint(answer: Answer, total: float) -> float:
     """Log odds that an effect is there, even if one joint alone sees it: for weighing rivals."""
-    everywhere = not answer.candidate.everywhere or _everywhere(answer)
-    return answer.odds + log_prior(answer, total) if everywhere and answer.gain > 0.0 else -np.inf
+    if not answer.gain > 0.0:
+        return -np.inf
+    odds = against_all(answer.odds, _common(answer, total)) if answer.candidate.everywhere else answer.odds
+    return odds + log_prior(answer, total)
 
 
-def _everywhere(answer: Answer) -> bool:
-    """Whether every joint is predicted better, and at least half of them clearly.
+def _common(answer: Answer, total: float) -> float:
+    """Log odds of one effect on the whole arm against separate effects on the joints that show it.
 
-    If the common clock of all drives strains its prior without the effect, that clock predicts the blocks as
-    well as the effect does. Then it suffices that no joint is predicted clearly worse.
+    Each separate effect costs the prior of one more hypothesis.
     """
-    if answer.relief > CERTAIN_ODDS:
-        return bool(np.all(answer.by_joint > -SEEN))
-    return bool(np.all(answer.by_joint > 0.0)) and bool(np.median(answer.by_joint) > SEEN)
+    price = float(np.log(total))
+    return float(answer.gain - price - np.maximum(answer.by_joint - price, 0.0).sum())
 
 
 def most_probable(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Selected | None:
@@ -193,7 +194,7 @@ def most_probable(best: Sequence[Answer], total: float, blocks: ByBlocks) -> Sel
     if finding.named or not finding.others or finding.others[0][1] > 0.0:
         return finding
     likelier = finding.others[0][0]
-    odds = _odds(likelier, total)
+    odds = odds_on_any_joint(likelier, total)
     if odds < CERTAIN_ODDS:
         return finding
     replacement = _with_rivals(likelier, odds, best, total, against)
@@ -242,7 +243,7 @@ def _with_rivals(
     for answer in best:
         if answer is not first and competing(answer, first) and answer.gain > 0.0:
             # A rival needs no second joint that shows it: one joint alone may show a base tilt.
-            least = odds - _odds(answer, total)
+            least = odds - odds_on_any_joint(answer, total)
             rivals.append((answer, least if least > EXCLUDED_ODDS else max(against(first, answer), least)))
     return Selected(first, odds, tuple(sorted(rivals, key=lambda pair: pair[1])))
 

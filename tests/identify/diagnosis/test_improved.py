@@ -173,7 +173,7 @@ def test_refitting_finds_the_spring_and_explains_what_was_held_out():
 
 def test_a_fit_takes_late_currents_back():
     [candidate, *_] = hypotheses("time_delay", nominal_model())
-    both = replace(diagnosis(), findings=(*diagnosis().findings, found(candidate, 0.004)))
+    both = replace(diagnosis(), findings=(*diagnosis().findings, found(candidate.reshaped({"delay": 0.004}))))
     late = [
         (
             one.settings["role"],
@@ -182,7 +182,7 @@ def test_a_fit_takes_late_currents_back():
         for one in recordings()
     ]
     fit = refit(both, late)
-    assert fit.model.measurements == (TimeDelay(0.004),)
+    assert fit.model.measurements[0] == TimeDelay(0.004)
     assert fit.value("Ks2") == pytest.approx(STIFFNESS, rel=0.02)
     assert fit.validation[0].over_noise[1] < 2.0
 
