@@ -10,7 +10,6 @@ from ..diagnosis.findings.diagnosis import Diagnosis, Moment
 from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.findings.size import Size
-from ..diagnosis.improved.forward import Forward
 from ..text_table import NORMAL_95, digits
 from .svg import Panel, Span, legend, picture, rect, stretch, text
 
@@ -234,24 +233,3 @@ def bars(
         parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
         parts.append(text(x, 15, "noise", "tick middle"))
     return picture(520, 50 + height, label, "".join(parts))
-
-
-def forward_plot(forward: Forward, joint: int, unit: str = TURNING) -> str:
-    """Recorded minus simulated torque of a joint over time, before and after.
-
-    A diverging simulation is cut off at twice the largest recorded torque.
-    """
-    length = int(np.searchsorted(forward.time, forward.time[0] + STRETCH, side="right"))
-    shown = slice(0, min(length, len(forward.time)))
-    time, slides = forward.time[shown], forward.weight[shown, joint] > 0
-    limit = 2.0 * float(np.max(np.abs(forward.measured[shown, joint]), initial=0.0)) or 1.0
-    differences = [
-        np.where(slides, np.clip((forward.measured - torque)[shown, joint], -limit, limit), np.nan)
-        for torque in (forward.torque_before, forward.torque_after)
-    ]
-    panel = Panel.single(Span.around(time, margin=0.0), Span.around(*differences, zero=True))
-    title, labels = f"{forward.run}: recorded minus simulated torque", f"recorded minus simulated [{unit}]"
-    drawn = [
-        panel.line(time, line, f"{style} thin") for line, (style, _) in zip(differences, KEYS, strict=True)
-    ]
-    return panel.plot(title, ("time [s]", labels), KEYS, *drawn)

@@ -26,7 +26,7 @@ from ..notebook import counted
 from ..simulation.comparison import Comparison
 from ..text_table import digits
 from .compared_document import compared_sections, verdict
-from .diagnosis_document import detail_sections, gained_blocks, simulation_section, verdict_blocks
+from .diagnosis_document import detail_sections, gained_blocks, verdict_blocks
 from .diagnosis_plots import bars
 from .fit_document import fit_sections
 from .fit_document import verdict_blocks as fit_verdict_blocks
@@ -121,7 +121,7 @@ def _lacking(material: Material) -> Iterator[str]:
         yield "Missing physics: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
     elif not material.diagnosis.traces:
         yield "Residuals over time: traces.npz is not beside diagnosis.json."
-    if not material.comparisons and not (material.diagnosis and material.diagnosis.diagnosis.simulated):
+    if not material.comparisons:
         yield (
             "Simulation: there is none. exidyn simulate fit.json trajectory.toml makes one, and exidyn "
             "compare sim.mcap run.mcap --json compared.json compares it with a run."
@@ -135,7 +135,7 @@ def _before_and_after(material: Material) -> list[Section]:
     ]
     if material.diagnosis is not None:
         gained = Section("residual", "Residual without and with findings", gained_blocks(material.diagnosis))
-        sections += [gained, simulation_section(material.diagnosis)]
+        sections.append(gained)
     compared = [(comparison, verdict(comparison)) for comparison in material.comparisons]
     return [*sections, *compared_sections(compared)]
 

@@ -28,8 +28,6 @@ def check_diagnosis(diagnosis: "Diagnosis") -> None:
     for rows in ROWS:
         for place, row in enumerate(getattr(diagnosis, rows)):
             _check_row(row, f"{rows}[{place}]", count)
-    if diagnosis.simulated is not None:
-        _check_lengths(diagnosis.simulated, PER_JOINT[2:], "simulated.", count)
     _check_budget(diagnosis, count)
 
 

@@ -44,7 +44,7 @@ def files(tmp_path_factory):
     happened = (Event(1.5, "stop", "shoulder is too fast"),)
     write(folder, replace(run("run"), events=happened))
     write_fit(known_fit(), folder / "fit.json")
-    write_diagnosis(with_remainder(), None, None, folder)
+    write_diagnosis(with_remainder(), None, folder)
     return folder
 
 
