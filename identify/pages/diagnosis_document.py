@@ -1,4 +1,4 @@
-"""Content of a diagnosis page: verdict, residual by quantity and cause, findings, candidates, runs."""
+"""Content of a diagnosis page: verdict, residual by cause, parameters, findings, plots of residuals."""
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from ..document.document import (
     Block,
     Cell,
     Document,
-    Figure,
     Heading,
     Number,
     Paragraph,
@@ -22,7 +21,6 @@ from ..document.document import (
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
 from .budget import budget_section
-from .diagnosis_plots import bars
 from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
 from .shown import Shown
@@ -40,7 +38,6 @@ def diagnosis_document(shown: Shown) -> Document:
     ]
     sections = [
         Section("verdict", "Verdict", verdict_blocks(shown)),
-        Section("held_out", "Held-out residual by joint, root mean square", gained_blocks(shown)),
         *detail_sections(shown),
     ]
     return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
@@ -79,39 +76,6 @@ def verdict_blocks(shown: Shown) -> list[Block]:
     blocks: list[Block] = [Statements(said, "verdict"), findings_table(diagnosis)]
     blocks.append(Paragraph(GAIN.format(capital(gain_title(diagnosis)))))
     return [*blocks, Heading("Warnings"), Statements(limits)] if limits else blocks
-
-
-def gained_blocks(shown: Shown) -> list[Block]:
-    """Held-out residual by joint, before and after; empty without held-out runs."""
-    if (residuals := shown.residuals) is None:
-        return []
-    before, after = residuals
-    runs = ", ".join(shown.diagnosis.held_out)
-    title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
-    picture = _bars(shown, before, after, shown.noise, "residual")
-    remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
-    return [_joint_table(shown, before, after), Figure(title, remark, picture)]
-
-
-def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
-    """Residuals in comparable columns: baseline and with findings."""
-    diagnosis, columns = shown.diagnosis, dict[str, np.ndarray]()
-    if shown.over_noise:
-        columns["noise"] = diagnosis.noise
-    columns |= {"baseline": before, "with findings": after}
-    if shown.over_noise:
-        columns |= {"baseline/ noise": before / columns["noise"]}
-        columns |= {"with findings/ noise": after / columns["noise"]}
-    rows = zip(shown.names, diagnosis.torque_units, *columns.values(), strict=True)
-    cells: list[list[Cell]] = [[name, unit, *map(Number, values)] for name, unit, *values in rows]
-    return Table(["joint", "unit", *columns], cells, words=(1,))
-
-
-def _bars(shown: Shown, before: np.ndarray, after: np.ndarray, noise: np.ndarray, label: str) -> str:
-    """Bars of residuals over noise, or in units where the noise was not measured."""
-    if not shown.over_noise:
-        return bars(before, after, shown.names, label, shown.diagnosis.torque_units)
-    return bars(before / noise, after / noise, shown.names, f"{label} over noise")
 
 
 def _parameters(shown: Shown) -> list[Block]:

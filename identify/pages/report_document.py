@@ -26,7 +26,7 @@ from ..notebook import counted
 from ..simulation.comparison import Comparison
 from ..text_table import digits
 from .compared_document import compared_sections, verdict
-from .diagnosis_document import detail_sections, gained_blocks, verdict_blocks
+from .diagnosis_document import detail_sections, verdict_blocks
 from .diagnosis_plots import bars
 from .fit_document import fit_sections
 from .fit_document import verdict_blocks as fit_verdict_blocks
@@ -129,13 +129,10 @@ def _lacking(material: Material) -> Iterator[str]:
 
 
 def _before_and_after(material: Material) -> list[Section]:
-    """Gains of identification and diagnosis, and comparisons with simulations."""
+    """Gains of identification, and comparisons with simulations."""
     sections = [
         section for place, fitted in enumerate(material.fits) if (section := _identified(fitted, place))
     ]
-    if material.diagnosis is not None:
-        gained = Section("residual", "Residual without and with findings", gained_blocks(material.diagnosis))
-        sections.append(gained)
     compared = [(comparison, verdict(comparison)) for comparison in material.comparisons]
     return [*sections, *compared_sections(compared)]
 

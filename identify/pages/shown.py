@@ -7,7 +7,6 @@ import numpy as np
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.improved.improved import with_files
-from ..diagnosis.words.importance import residuals
 from ..diagnosis.words.naming import finding_names, joint_words
 from ..model import Model
 
@@ -57,9 +56,3 @@ class Shown(NamedTuple):
     def noise_of(self, joint: int) -> float | None:
         """Noise floor of a joint; None if it was not measured."""
         return float(self.noise[joint]) if self.over_noise else None
-
-    @property
-    def residuals(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Held-out residuals of the baseline and with findings; None without held-out runs."""
-        known = residuals(self.diagnosis)
-        return known[:2] if known is not None and known.held_out else None

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from .diagnosis import Diagnosis
 
 PER_JOINT = ("torque_units", "noise", "torque_rms_before", "torque_rms_after")
-ROWS = ("findings", "undecided", "remainders", "moments", "located")
+ROWS = ("findings", "undecided", "remainders", "moments")
 
 
 def check_diagnosis(diagnosis: "Diagnosis") -> None:

@@ -14,7 +14,7 @@ from .adequacy import Adequacy
 from .beliefs import Beliefs
 from .evidence import Evidence
 from .finding import Finding
-from .residuals import Budget, Located, Remainder
+from .residuals import Budget, Remainder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,7 +46,6 @@ class Diagnosis(InNotebook):
         undecided: Findings without a certain name, each with its alternatives.
         remainders: Joints on which something remains that no effect of the vocabulary explains.
         moments: Times at which a run differs from the model as at no other.
-        located: Residual of every joint by the quantity on which it depends.
         budget: Residual of every joint by cause; None for a diagnosis without a budget.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
@@ -75,7 +74,6 @@ class Diagnosis(InNotebook):
     undecided: tuple[Finding, ...] = ()
     remainders: tuple[Remainder, ...] = ()
     moments: tuple[Moment, ...] = ()
-    located: tuple[Located, ...] = ()
     budget: Budget | None = None
     noise: np.ndarray
     noise_measured_at_rest: bool = False

@@ -86,7 +86,7 @@ def test_everything_is_on_the_page_in_its_order(page):
     chapters = list(dict.fromkeys(anchor.partition("-")[0] for anchor in found))
     assert chapters == ["verdict", "robot", "runs", "fit", "diagnosis", "fit1", "gained"]
     gained = [anchor.removeprefix("gained-") for anchor in found if anchor.startswith("gained-")]
-    assert gained == ["values", "residual", "pair", "compared", "compared1"]
+    assert gained == ["values", "pair", "compared", "compared1"]
     assert {"diagnosis-findings", "diagnosis-unexplained", "fit-parameters", "fit-runs"} <= set(found)
     assert "Results that this page lacks" not in page.words
 
@@ -178,7 +178,7 @@ def test_a_fit_alone_brings_its_scores_and_asks_for_the_rest(files, tmp_path):
 
 def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_words(files, tmp_path):
     page = Page(page_of(files, tmp_path, "diagnosis/diagnosis.json"))
-    assert {"robot-joints", "runs-motion", "gained-residual"} <= set(headings(page))
+    assert {"robot-joints", "runs-motion", "diagnosis-budget"} <= set(headings(page))
     bare = tmp_path / "diagnosis.json"
     bare.write_bytes((files / "diagnosis" / "diagnosis.json").read_bytes())
     page = Page(page_of(tmp_path, tmp_path, "diagnosis.json"))
@@ -188,7 +188,7 @@ def test_a_diagnosis_alone_brings_runs_and_robot_and_one_without_samples_only_wo
 
 
 def test_a_diagnosis_that_found_nothing_brings_no_fit_with_what_was_found(files, tmp_path):
-    nothing = replace(with_remainder(), findings=(), budget=None, located=(), held_out=())
+    nothing = replace(with_remainder(), findings=(), budget=None, held_out=())
     nothing = replace(nothing, torque_rms_before=None)
     write_diagnosis(nothing, fit(), tmp_path / "diagnosis")
     (tmp_path / "diagnosis" / "traces.npz").unlink()  # of the spring that was found
