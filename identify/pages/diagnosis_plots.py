@@ -76,15 +76,6 @@ def spectrum(trace: Trace, joint: int, residuals: str) -> tuple[np.ndarray, np.n
     return np.fft.rfftfreq(length, 1.0 / rate), 2.0 * np.sqrt(power) / window.sum()
 
 
-def orders(traces: Sequence[Trace], joint: int, residuals: str, motor: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Waves per turn of the joint or of its motor, and the residual's amplitude at each [N m]."""
-    angle = np.concatenate([(t.motor_angle if motor else t.position)[:, joint] for t in traces])
-    values = np.concatenate([getattr(t, residuals)[:, joint] * t.weight[:, joint] for t in traces])
-    count = np.arange(0.25, 8.01, 0.05)
-    waves = np.exp(-1j * count[:, None] * angle)
-    return count, 2.0 * np.abs(waves @ values) / max(len(values), 1)
-
-
 def profile_plot(
     traces: Sequence[Trace], joint: int, axis: Axis, noise: float | None, unit: str = TURNING
 ) -> str:
@@ -181,23 +172,12 @@ def _mark(panel: Panel, moment: Moment) -> str:
 
 def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
     """Amplitude of a residual over frequency, before and after."""
-    lines = [spectrum(trace, joint, stage) for stage in ("before", "after")]
-    return _spectra(lines, "frequency [Hz]", unit)
-
-
-def orders_plot(traces: Sequence[Trace], joint: int, motor: bool, unit: str = TURNING) -> str:
-    """Amplitude of a residual over waves per turn of the joint or its motor, before and after."""
-    lines = [orders(traces, joint, stage, motor) for stage in ("before", "after")]
-    joint_turn = "turn of the joint" if unit == TURNING else "2π m of the joint"
-    return _spectra(lines, f"cycles per {'turn of the motor' if motor else joint_turn}", unit)
-
-
-def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: str) -> str:
-    across = Span.around(lines[0][0], margin=0.0)
+    lines = [spectrum(trace, joint, stage) for stage, _ in KEYS]
     top = max(float(np.max(amplitude)) for _, amplitude in lines)
-    panel = Panel.single(across, Span(0.0, 1.06 * top or 1.0))
+    panel = Panel.single(Span.around(lines[0][0], margin=0.0), Span(0.0, 1.06 * top or 1.0))
     drawn = [panel.line(*line, style) for line, (style, _) in zip(lines, KEYS, strict=True)]
-    return panel.plot(f"residual over {label}", (label, f"residual, amplitude [{unit}]"), KEYS, *drawn)
+    labels = "frequency [Hz]", f"residual, amplitude [{unit}]"
+    return panel.plot("residual over frequency [Hz]", labels, KEYS, *drawn)
 
 
 def bars(
