@@ -1,4 +1,4 @@
-"""Plots of a diagnosis: profiles, spectra, bars, and maps of the residual over joint and time."""
+"""Plots of a diagnosis: the residual over recorded quantities, time and frequency; sizes of findings."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,8 +10,8 @@ from ..diagnosis.findings.diagnosis import Diagnosis, Moment
 from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.findings.size import Size
-from ..text_table import NORMAL_95, digits
-from .svg import Panel, Span, legend, picture, rect, stretch, text
+from ..text_table import NORMAL_95
+from .svg import Panel, Span, stretch
 
 DOTS = 500
 """Number of dots in a profile; more would hide one another."""
@@ -178,38 +178,3 @@ def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
     drawn = [panel.line(*line, style) for line, (style, _) in zip(lines, KEYS, strict=True)]
     labels = "frequency [Hz]", f"residual, amplitude [{unit}]"
     return panel.plot("residual over frequency [Hz]", labels, KEYS, *drawn)
-
-
-def bars(
-    before: np.ndarray, after: np.ndarray, names: Sequence[str], label: str, units: Sequence[str] = ()
-) -> str:
-    """Horizontal bars of a value per joint, before and after, on a linear scale from zero.
-
-    Args:
-        before: Values before, over noise or in `units`, shape (n,).
-        after: Values after, over noise or in `units`, shape (n,).
-        names: Names of the joints.
-        label: Name of the value.
-        units: Unit of each joint; empty if the values are relative to the noise.
-    """
-    known = np.concatenate([before, after])
-    known = known[np.isfinite(known)]
-    most = max(float(np.max(known, initial=0.0)), 1e-9 if units else 2.0)
-    x0, width, step = 110.0, 350.0 - 40.0 * bool(units), 34.0
-    height = step * len(names)
-    scale = width / most
-    parts = [legend(x0, 44 + height, KEYS)]
-    rows = zip(names, before, after, units or [""] * len(names), strict=True)
-    for place, (name, first, second, unit) in enumerate(rows):
-        top = 26 + place * step
-        parts.append(text(x0 - 8, top + 17, name, "name end"))
-        for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
-            length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
-            parts.append(rect(f'class="{style}"', x0, y, length, 10))
-            label = f"{digits(value, 3)} {unit}".rstrip() if np.isfinite(value) else "diverged"
-            parts.append(text(x0 + length + 5, y + 9, label, "tick"))
-    if not units:
-        x = x0 + scale
-        parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
-        parts.append(text(x, 15, "noise", "tick middle"))
-    return picture(520, 50 + height, label, "".join(parts))

@@ -10,8 +10,6 @@ from ..document.document import (
     Block,
     Chapter,
     Document,
-    Figure,
-    Grid,
     Heading,
     Paragraph,
     Section,
@@ -25,9 +23,8 @@ from ..model import Model
 from ..notebook import counted
 from ..simulation.comparison import Comparison
 from ..text_table import digits
-from .compared_document import compared_sections, verdict
+from .compared_document import before_and_after, compared_sections, verdict
 from .diagnosis_document import detail_sections, verdict_blocks
-from .diagnosis_plots import bars
 from .fit_document import fit_sections
 from .fit_document import verdict_blocks as fit_verdict_blocks
 from .robot_document import robot_sections
@@ -151,9 +148,9 @@ def _identified(fitted: Fitted, place: int) -> Section | None:
     )
     role = "held out" if fitted.fit.validation else "used for the fit"
     remark = ", ".join([*(run.run for run in runs), role])
-    picture = bars(before / noise, after / noise, fitted.fit.model.robot.joints, "residual over noise")
-    figure = Grid([Figure("Residual over noise", remark, picture)])
-    return Section(f"values{place or ''}", "Nominal and identified values", [Paragraph(note), figure])
+    table = before_and_after(fitted.fit.model.robot.joints, before / noise, after / noise)
+    title = f"Nominal and identified values: residual over noise, {remark}"
+    return Section(f"values{place or ''}", title, [Paragraph(note), table])
 
 
 def _runs(fit: Fit) -> tuple[Agreement, ...]:
