@@ -1,4 +1,4 @@
-"""Residual by cause: plot and table of the budget of a diagnosis."""
+"""Residual by cause: plot of the budget of a diagnosis."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis
-from ..diagnosis.findings.residuals import Budget, Located
+from ..diagnosis.findings.residuals import Budget
 from ..diagnosis.results.budget import NOISE, OTHER
-from ..diagnosis.words.naming import effect_words, finding_names
-from ..document.document import Block, Cell, Figure, Paragraph, Section, Table
-from ..text_table import digits, percent
+from ..diagnosis.words.naming import finding_names
+from ..document.document import Block, Figure, Paragraph, Section
+from ..text_table import digits
 from .shown import Shown
 from .svg import picture, rect, text
 
@@ -30,19 +30,15 @@ KEYS = 400.0
 LEGIBLE = 0.045
 """Smallest share of a bar whose percentage fits into it."""
 NOTE = (
-    "Share: part of the joint's squared baseline residual in {}. The baseline has no findings; its "
-    "parameters and drive gains are fitted within their tolerances. Probability: that the torque depends on "
-    "this quantity, whatever the formula. Name: the effect if one is certain, or else the family of effects."
-)
-PLOT = (
-    "Each bar is 100 % of the squared baseline residual of a joint. Findings have cold colors. Parts that "
+    "Each bar is 100 % of the squared baseline residual of a joint. The baseline has no findings; its "
+    "parameters and drive gains are fitted within their tolerances. Findings have cold colors. Parts that "
     "depend on a recorded quantity but have no name have warm colors. All else is gray."
 )
 CONTAINED = f' Sensor noise was not measured at rest: it is part of "{OTHER}".'
 
 
 class Part(NamedTuple):
-    """A share of the squared residual in plot and table."""
+    """A share of the squared residual."""
 
     name: str  # finding with its joints, quantity on which the part depends, or sensor noise
     is_finding: bool  # whether a finding explains it
@@ -50,41 +46,16 @@ class Part(NamedTuple):
 
 
 def budget_section(shown: Shown) -> Section:
-    """Plot and table; empty for a diagnosis without a budget."""
+    """Empty for a diagnosis without a budget."""
     diagnosis = shown.diagnosis
     if (budget := diagnosis.budget) is None:
         return Section("budget", "Residual by cause", ())
     source = ", ".join(budget.held_out) or "blocks of the fitted runs that the others predict"
-    note = NOTE.format(source) + ("" if diagnosis.noise_measured_at_rest else CONTAINED)
+    note = NOTE + ("" if diagnosis.noise_measured_at_rest else CONTAINED)
     drawing = budget_plot(budget, parts_of(diagnosis), shown.names, diagnosis.torque_units)
     remark = f"{source}; root mean square on the right"
-    blocks: list[Block] = [Paragraph(PLOT, "plot"), Figure("Residual by joint", remark, drawing)]
-    return Section("budget", "Residual by cause", [*blocks, _table(shown), Paragraph(note)])
-
-
-def _table(shown: Shown) -> Table:
-    """Residual of every joint by the quantity on which it depends."""
-    rows: list[list[Cell]] = [
-        [
-            shown.names[row.joint],
-            row.depends_on.replace("_", " "),
-            percent(row.share),
-            "" if row.probability is None else percent(row.probability, 3),
-            _name(row, shown.diagnosis),
-        ]
-        for row in shown.diagnosis.located
-    ]
-    return Table(["joint", "depends on", "share", "probability", "name"], rows, words=(1, 4))
-
-
-def _name(row: Located, diagnosis: Diagnosis) -> str:
-    """The effect, or the family of an undecided one; empty if no finding explains the row."""
-    if row.finding is None:
-        return ""
-    finding = diagnosis.all_findings[row.finding]
-    if row.finding < len(diagnosis.findings):
-        return effect_words(finding.effect)
-    return f"undecided: {finding.family}" if finding.family else "undecided"
+    blocks: list[Block] = [Paragraph(note, "plot"), Figure("Residual by joint", remark, drawing)]
+    return Section("budget", "Residual by cause", blocks)
 
 
 def parts_of(diagnosis: Diagnosis) -> list[Part]:

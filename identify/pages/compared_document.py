@@ -7,8 +7,6 @@ import numpy as np
 from ..document.document import (
     Cell,
     Document,
-    Figure,
-    Grid,
     Heading,
     Marked,
     Number,
@@ -21,7 +19,6 @@ from ..document.text import text
 from ..fit.verdict import MISSING, TO_NOISE
 from ..simulation.comparison import NAMES, Comparison, Mismatch, Regions
 from ..text_table import digits, percent
-from .diagnosis_plots import bars
 
 MOST = 1.5
 """Ratio of a joint's mismatch in its worst and best third above which the worst third is reported; a uniform
@@ -65,10 +62,19 @@ def _same_recording(first: Comparison, last: Comparison) -> bool:
 
 def _pair(first: Comparison, last: Comparison) -> Section:
     before, after = (comparison.effort.rms / comparison.effort.noise for comparison in (first, last))
-    note = f"Before: {first.simulated}; after: {last.simulated}; both compared with {first.recorded}."
-    picture = bars(before, after, first.joints, "residual over noise")
-    figure = Figure(f"Simulated minus recorded {first.effort.quantity}", "over noise", picture)
-    return Section("pair", "Two simulations", [Paragraph(note), Grid([figure])])
+    note = (
+        f"Simulated minus recorded {first.effort.quantity} over noise. Before: {first.simulated}; after: "
+        f"{last.simulated}; both compared with {first.recorded}."
+    )
+    return Section(
+        "pair", "Two simulations", [Paragraph(note), before_and_after(first.joints, before, after)]
+    )
+
+
+def before_and_after(joints: Sequence[str], before: np.ndarray, after: np.ndarray) -> Table:
+    """A value of each joint before and after, each (n,)."""
+    rows = zip(joints, map(Number, before), map(Number, after), strict=True)
+    return Table(["joint", "before", "after"], [list(row) for row in rows])
 
 
 def _tables(comparison: Comparison) -> list[Section]:

@@ -14,7 +14,7 @@ from ..diagnosis.words.naming import capital
 from ..diagnosis.words.sentences import dependence
 from ..diagnosis.words.verdict import verdict
 from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph
-from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
+from .diagnosis_plots import profile_plot, size_plot, spectrum_plot, time_plot
 from .shown import Shown
 
 WITHOUT = "There are no plots because this diagnosis was loaded without the samples of its runs."
@@ -81,8 +81,6 @@ def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Figure]:
     over_time = time_plot(judged, joint, noise, unit, shown.diagnosis.moments)
     figures.append(Figure(f"{name} over time", judged.name, over_time))
     figures.append(Figure(f"{name} over frequency", judged.name, spectrum_plot(judged, joint, unit)))
-    for turn, motor in (("turns of the joint", False), ("turns of the motor", True)):
-        figures.append(Figure(f"{name} over {turn}", "all runs", orders_plot(traces, joint, motor, unit)))
     return figures
 
 

@@ -1,7 +1,7 @@
 """The vocabulary: effects that a model may lack.
 
-`KINDS` of a file holds everything about its effects: hypotheses, shapes, priors, sentence, what each is
-mistaken for and which run decides. An effect of `EFFECTS` that is in no file is tested on each joint, if it
+`KINDS` of a file holds everything about its effects: hypotheses, shapes, priors, sentence, and the run that
+shows each best. An effect of `EFFECTS` that is in no file is tested on each joint, if it
 acts on single joints.
 """
 

@@ -226,7 +226,6 @@ KINDS = {
         derived=_derived,
         held=_held,
         of_body=True,
-        mistaken_for=("encoder_offset", "link_inertia"),
         settled_by="the base leveled, or turned by a right angle",
     )
 }

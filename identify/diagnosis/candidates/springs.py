@@ -135,7 +135,6 @@ KINDS = {
         remark="Torque shows a spring's lengths up to scale. With d21 from the drawing, the distance of its "
         f"fixed end from the axis, K_r is {STIFFNESS} over d21 squared [N/m], K_0 is {PRELOAD} over d21 [N], "
         f"and d22 is {LEVERS} times d21 [m]",
-        mistaken_for=("link_inertia", "joint_spring"),
         settled_by="the base at another tilt: no motion of the joints distinguishes a spring from a weight "
         "well",
     ),
@@ -148,7 +147,6 @@ KINDS = {
         ask=_cables,
         shapes=({}, {"stiffening": True}),
         derived=_pulling,
-        mistaken_for=("friction_asymmetry", "spring_balancer"),
         settled_by="slow sweeps over the whole range (exidyn excite --kind sweeps)",
     ),
     "hose_spring": Kind(

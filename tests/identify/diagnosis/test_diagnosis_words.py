@@ -295,7 +295,6 @@ def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
         assert kind.sentence
         assert len(kind.drawn_against) == 2
         assert set(kind.drawn_against) <= set(AXES)
-        assert set(kind.mistaken_for) <= set(VOCABULARY)
 
 
 @pytest.mark.parametrize("effect", KINDS)
