@@ -36,6 +36,7 @@ class SearchResult:
     prediction: Prediction  # prediction with the columns of all findings, which are the last of its rows
     without_findings: Prediction  # prediction of the baseline
     shapes: Shapes = field(default_factory=dict)  # best shapes of hypotheses
+    out: frozenset[object] = frozenset()  # keys of hypotheses that held-out runs contradict
 
     def ordered(self) -> "SearchResult":
         """The same result, with the findings that are certain enough to be named first."""
@@ -70,11 +71,17 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     problem = nominal_if_better(problem, selected, without_findings)
     selected = proven(problem, selected)
     prediction = problem.prediction(answers_of(selected))
-    left = ranked(problem, prediction, selected, shapes)
-    if shown := shown_by_held_out([answer for answer in left if answer.candidate.key not in out], total):
-        selected = [*selected, *shown]
-        prediction = problem.prediction(answers_of(selected))
-    return SearchResult(problem, tuple(selected), prediction, without_findings, shapes)
+    return SearchResult(problem, tuple(selected), prediction, without_findings, shapes, frozenset(out))
+
+
+def with_shown(result: SearchResult) -> SearchResult:
+    """The result with undecided findings that only the held-out runs make credible."""
+    problem, out = result.problem, result.out
+    left = ranked(problem, result.prediction, result.selected, result.shapes)
+    open_ = [answer for answer in left if answer.candidate.key not in out]
+    selected = (*result.selected, *shown_by_held_out(open_, total_prior(problem)))
+    prediction = problem.prediction(answers_of(selected))
+    return replace(result, selected=selected, prediction=prediction)
 
 
 def _converged(
