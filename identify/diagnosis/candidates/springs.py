@@ -156,4 +156,3 @@ KINDS = {
         of_body=True,
     ),
 }
-"""Name -> kind."""
