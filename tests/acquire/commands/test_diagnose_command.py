@@ -192,6 +192,6 @@ def test_the_page_reports_what_is_left_without_a_name():
     nothing = replace(diagnosis(), findings=(), undecided=(), suspicions=(), budget=None, remainders=left)
     page = Page(report_html(nothing))
     assert "none of the effects that exidyn knows" in page.words
-    assert "unexplained" in sections_of(page)
+    assert "Joint 2 (elbow): part of it depends on position" in page.words
     bare = Page(report_html(replace(diagnosis(), evidence=None)))
     assert "loaded without the samples of its runs" in bare.words
