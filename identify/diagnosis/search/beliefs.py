@@ -19,7 +19,7 @@ from ..runs.driven import Driven
 from ..runs.rows import GAIN
 from .checks import answer_beside
 from .problem import Problem
-from .ranking import total_prior
+from .ranking import ranked, total_prior
 from .search import SearchResult, search
 from .selected import Selected, answers_of, keys_of, log_prior
 
@@ -30,6 +30,8 @@ ALIKE = 1.02
 RESTORED = 0.9
 """Share of the additional squared residual of bodies as described that a finding must explain to be named
 beside free bodies [-]: what it leaves is then less than a tenth of what it explains."""
+HALF = 0.5
+"""Share of the same that the first of these findings must explain [-]: else at least three are needed."""
 BODIES = 2
 """Most bodies that may differ from a description that holds. With a probability of 0.05 each, three of seven
 have one of 0.004: a description that does not hold at all is likelier."""
@@ -52,8 +54,10 @@ def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Bel
         result = search(described)
         return result, _beliefs(result, described_model, result.prediction)
     freely = search(free)
-    result = search(freely.problem.with_priors(described_model), freely)
-    return _chosen(result, freely, described_model)
+    described = freely.problem.with_priors(described_model)
+    if not _may_hold(described, freely):
+        return freely, _beliefs(freely, described_model, freely.prediction)
+    return _chosen(search(described, freely), freely, described_model)
 
 
 def with_tolerance(model: Model, tolerance: float | None) -> Model:
@@ -63,6 +67,16 @@ def with_tolerance(model: Model, tolerance: float | None) -> Model:
         model.robot, inertial_tolerance=FREE if tolerance is None else tolerance, inertias_stated=stated
     )
     return replace(model, robot=robot)
+
+
+def _may_hold(described: Problem, freely: SearchResult) -> bool:
+    """Whether one more hypothesis explains half of what bodies as described leave on a joint."""
+    prediction = described.prediction(answers_of(freely.selected))
+    fitted, power = described.blocks.fitted, prediction.power
+    before, free = (power(errors, fitted) for errors in (prediction.errors, freely.prediction.errors))
+    more = np.where(before > ALIKE**2 * free, before - free, np.inf)
+    answers = ranked(described, prediction, freely.selected, freely.shapes)
+    return any(np.any(before - power(answer.errors, fitted) > HALF * more) for answer in answers)
 
 
 def _chosen(result: SearchResult, freely: SearchResult, described: Model) -> tuple[SearchResult, Beliefs]:

@@ -10,8 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from exidyn.identification.payload.body import Body
-from exidyn.identification.payload.formats import FORMATS
-from exidyn.identification.payload.formats.kuka import angles_of
+from exidyn.identification.payload.formats import FORMATS, angles_of
 
 NUMBER = r"-?\d+\.\d+"
 
