@@ -191,7 +191,8 @@ def flange(model: Model, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     data, last = kinematics.createData(), kinematics.njoints - 1
     places, twists = np.empty((len(motion), 3)), np.empty((len(motion), 6, robot.dof))
     for row, position in enumerate(motion.position):
-        twists[row] = pin.computeJointJacobians(kinematics, data, position)
+        # Pinocchio gives a vector for a single joint.
+        twists[row] = pin.computeJointJacobians(kinematics, data, position).reshape(6, -1)
         places[row] = data.oMi[last].act(robot.flange.translation)
     # Twists are about the base's origin: linear velocity there, and angular velocity.
     linear, angular = np.moveaxis(twists[:, :3], 1, 2), np.moveaxis(twists[:, 3:], 1, 2)
