@@ -50,9 +50,7 @@ def write_diagnosis(diagnosis: Diagnosis, fit: Fit | None, folder: Path) -> list
         texts[FOUND] = _model_file(model, rows)
         for rival in rivals(diagnosis):
             other = diagnosis.all_findings[rival.finding].alternatives[rival.alternative]
-            texts[rival.file] = _model_file(
-                rival.model, [_finding_row(diagnosis, other, rival.finding not in rival.left_out)]
-            )
+            texts[rival.file] = _model_file(rival.model, [_finding_row(diagnosis, other, rival.held)])
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     if diagnosis.evidence is not None:

@@ -32,11 +32,9 @@ SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 
 def compared_text(comparison: Comparison) -> str:
     """The document as text; only one to three lines if there is nothing to compare or no difference."""
-    if two_motions(comparison):
-        return verdict(comparison)[0]
-    if not differs(comparison):
-        return "\n".join([*_alike(comparison), *map(_sentence, comparison.warnings)])
     title = f"{comparison.simulated} versus {comparison.recorded}"
+    if not differs(comparison):
+        return "\n".join([title, *verdict(comparison)])
     opening = Section("verdict", "Verdict", [Statements(verdict(comparison), "verdict")])
     return text(Document(title, "", [opening, *_tables(comparison)]))
 
@@ -140,19 +138,6 @@ def _over(comparison: Comparison) -> np.ndarray:
     return comparison.effort.rms / comparison.effort.noise
 
 
-def _alike(comparison: Comparison) -> list[str]:
-    """Three lines about two runs without a difference."""
-    over = np.nan_to_num(_over(comparison))
-    most = int(np.argmax(over))
-    return [
-        f"No joint's {comparison.effort.quantity} differs by more than noise: {comparison.simulated} versus "
-        f"{comparison.recorded}",
-        f"The largest: {comparison.joints[most]}, {digits(over[most], 3)} x noise; there is nothing to "
-        "diagnose",
-        _compared(comparison),
-    ]
-
-
 def _compared(comparison: Comparison) -> str:
     """How the runs were aligned; adding zero avoids an offset of -0.0000."""
     return (
@@ -187,7 +172,11 @@ def verdict(comparison: Comparison) -> list[str]:
             f"{comparison.joints[most]}, by {percent(effort.rms[most] / effort.size[most])} of its size."
         ]
     if not lines:
-        lines = [f"No joint's {effort.quantity} differs by more than noise: there is nothing to diagnose."]
+        most = int(np.nanargmax(over))
+        lines = [
+            f"No joint's {effort.quantity} differs by more than noise: at most {digits(over[most], 3)} x "
+            f"noise, on {comparison.joints[most]}."
+        ]
     lines.append(
         f"{_compared(comparison)}. {effort.quantity.capitalize()} is compared only while the joint moves."
     )

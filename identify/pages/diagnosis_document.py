@@ -22,7 +22,7 @@ from ..document.html import html
 from ..text_table import NORMAL_95, digits
 from .budget import budget_section
 from .diagnosis_table import GAIN, findings_table, gain_title
-from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
+from .finding_plots import NOTE, every_joint, findings_blocks
 from .shown import Shown
 
 HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
@@ -64,8 +64,7 @@ def detail_sections(shown: Shown) -> list[Section]:
         Section("parameters", "Parameters of the findings", _parameters(shown)),
         Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
         Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
-        Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("joints", "Every joint", every_joint(shown), True),
+        Section("joints", "Residual of every joint", every_joint(shown), True),
     ]
 
 

@@ -18,11 +18,9 @@ from ..document.document import (
 from ..document.html import html
 from ..fit.agreement import Agreement
 from ..fit.fit import Fit
-from ..fit.verdict import MISSING
 from ..model import Model
 from ..notebook import counted
 from ..simulation.comparison import Comparison
-from ..text_table import digits
 from .compared_document import before_and_after, compared_sections, verdict
 from .diagnosis_document import detail_sections, verdict_blocks
 from .fit_document import fit_sections
@@ -88,24 +86,10 @@ def _verdict(material: Material) -> Iterator[Block]:
     for fitted in (fitted for fitted in material.fits if fitted.improved):
         yield from (Heading("Identified dynamics with the findings"), *fit_verdict_blocks(fitted.fit))
     if material.comparisons:
-        lines = [_compared(comparison) for comparison in material.comparisons]
+        lines = [f"{c.simulated} versus {c.recorded}: {verdict(c)[0]}" for c in material.comparisons]
         yield from (Heading("Comparison with simulations"), Statements(lines, "verdict"))
     if lacking := list(_lacking(material)):
         yield from (Heading("Results that this page lacks"), Statements(lacking))
-
-
-def _compared(comparison: Comparison) -> str:
-    """Sentence on the number of joints that differ by more than noise, and the largest difference."""
-    effort = comparison.effort
-    title = f"{comparison.simulated} versus {comparison.recorded}"
-    over = effort.rms / effort.noise
-    if not np.any(np.isfinite(over)):
-        return f"{title}: the noise is unknown, so {effort.quantity} is not judged."
-    many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
-    most = f"{comparison.joints[worst]} most, by {digits(over[worst], 3)} x noise"
-    if not many:
-        return f"{title}: no joint's {effort.quantity} differs by more than noise; {most}."
-    return f"{title}: {effort.quantity} differs by more than noise on {counted(many, 'joint')}; {most}."
 
 
 def _lacking(material: Material) -> Iterator[str]:

@@ -188,4 +188,3 @@ KINDS = {
         settled_by="a swept sine (exidyn excite --kind chirp)",
     ),
 }
-"""Name -> kind."""

@@ -203,4 +203,3 @@ KINDS = {
         derived=_droop,
     ),
 }
-"""Name -> kind."""

@@ -218,4 +218,3 @@ KINDS = {
         ask=_neighbors,
     ),
 }
-"""Name -> kind."""

@@ -65,4 +65,3 @@ KINDS = {
         settled_by="the links weighed, or one joint held by hand with its motor off",
     )
 }
-"""Name -> kind."""

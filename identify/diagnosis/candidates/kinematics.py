@@ -188,4 +188,3 @@ KINDS = {
         "(exidyn excite --mass)",
     ),
 }
-"""Name -> kind."""

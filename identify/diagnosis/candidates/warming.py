@@ -63,4 +63,3 @@ KINDS = {
         settled_by="the same run with the motors' temperatures recorded",
     )
 }
-"""Name -> kind."""

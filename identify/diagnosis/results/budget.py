@@ -28,7 +28,8 @@ def budget(
         noise: Noise of each joint's torque, shape (n,) [N m]; zero if unknown.
         names: Names of the held-out runs.
     """
-    judged = _judging(predictions[-1].blocks.fitted)
+    fitted = predictions[-1].blocks.fitted
+    judged = fitted if np.all(fitted) else ~fitted  # held-out blocks, or all if there are none
     # Residual power of each joint, shape (f + 2, n) [(N m)^2].
     powers = np.array([prediction.power(prediction.errors, judged) for prediction in predictions])
     total = np.maximum(powers[0], 1e-300)
@@ -51,11 +52,6 @@ def _order(share: Share) -> tuple[int, float]:
     if share.finding is not None:
         return 0, float(share.finding)
     return {NOISE: 2, OTHER: 3}.get(share.kind, 1), -float(np.nanmax(share.percent))
-
-
-def _judging(fitted: np.ndarray) -> np.ndarray:
-    """Mask of the blocks that are evaluated, shape (k,): held-out blocks, or all if there are none."""
-    return fitted if np.all(fitted) else ~fitted
 
 
 def _kinds(
