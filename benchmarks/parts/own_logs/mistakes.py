@@ -271,10 +271,12 @@ def _times_gain(columns: Columns) -> Columns:
     return columns | {f"i{joint}": columns[f"i{joint}"] * gain for joint, gain in gains}
 
 
+LIMITED, PASSIVE = 'forcerange="-3.35 3.35"', 'damping="0" armature="0.02"'
+
+
 def in_mujoco() -> Scene:
     """The servo arm by an MJCF whose servos are as in the log."""
-    servo = f'kp="{KP}" forcerange="-3.35 3.35"'
-    return replace(servos(), arm=SERVO.mjcf(servo, 'damping="0" armature="0.02"'), robot="")
+    return replace(servos(), arm=SERVO.mjcf(f'kp="{KP}" {LIMITED}', PASSIVE), robot="")
 
 
 LOADED: Step = tuple("import {folder}/loaded.csv --robot {robot} -o {folder}/loaded.mcap".split())
@@ -340,7 +342,6 @@ MORE = (
     Mistake("two runs in one file", _two_runs,
         (r"two runs|(time|stamps?) (begins?|starts?) (anew|again)|restarts?",), six, steps=(INIT, FOLDER)),
     Mistake("servo gain of an MJCF is 998, not 18", times(1.0), (r"\b998\b", r"\b1[678](\.\d+)?\b"),
-        in_mujoco, robot=SERVO.mjcf('kp="998" kv="2.7" forcerange="-3.35 3.35"', 'damping="0" armature="0.02"'),
-        steps=(INIT, IMPORT, OTHER, GAP), others={"other": _other_motion}),
+        in_mujoco, robot=SERVO.mjcf(f'kp="998" kv="2.7" {LIMITED}', PASSIVE), steps=(INIT, IMPORT, OTHER, GAP), others={"other": _other_motion}),
 )  # fmt: skip
 """Further mistakes."""
