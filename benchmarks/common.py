@@ -2,8 +2,6 @@
 
 import argparse
 import json
-import os
-import sys
 import threading
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
@@ -87,11 +85,6 @@ class Kept:
                 with self.path.open("a") as file:
                     file.write(json.dumps([name, self.found[name]]) + "\n")
         print(f"{name}: {str(self.found[name])[:WIDTH]}", flush=True)
-
-
-def imports_as_here() -> dict[str, str]:
-    """Environment of a Python process that imports from where this one does."""
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 def _plain(value: Any) -> Any:

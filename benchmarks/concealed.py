@@ -9,7 +9,6 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import partial
@@ -21,7 +20,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 
 from common import save
 from parts.concealed.answerers import ANSWERERS, Answerer
-from parts.concealed.case import Draw, concealed_set, make, quick_set, warm_up
+from parts.concealed.case import concealed_set, make, quick_set, warm_up
 from parts.concealed.scoring import Pair, pairs, print_scores, read_answer, read_truths
 from tqdm import tqdm
 
@@ -54,11 +53,6 @@ def timed(folder: Path, answer: Answerer) -> dict[str, Any]:
     except Exception as error:  # the other cases are worth their score
         given = {"findings": [], "unexplained": False, "error": f"{type(error).__name__}: {error}"}
     return given | {"seconds": time.perf_counter() - began}
-
-
-def make_all(cases: Sequence[Draw], folder: Path, pool: Executor) -> None:
-    """Simulate cases side by side."""
-    list(pool.map(partial(make, cases=folder / "cases", truths=folder / "truth"), cases))
 
 
 def before(folder: Path, file: str, resume: bool) -> dict[str, Any]:
@@ -95,7 +89,8 @@ def main(options: argparse.Namespace) -> dict[str, Any]:
         if not options.made:
             warm_up()
             done = before(folder, "answers.json", options.resume)
-            make_all([case for case in cases if case.name not in done], folder, pool)
+            missing = [case for case in cases if case.name not in done]
+            list(pool.map(partial(make, cases=folder / "cases", truths=folder / "truth"), missing))
         only = None if options.made else {case.name for case in cases}
         files = {"product": "answers.json"} | ({"bare": "answers-bare.json"} if options.bare else {})
         return print_scores(

@@ -20,15 +20,15 @@ FOLDERS = {
 }
 
 
-def python_files(folder: Path) -> list[Path]:
-    """Python files of a folder that are not reached through links."""
-    return [path for path in folder.rglob("*.py") if not path.is_symlink()]
-
-
 def line_counts(root: Path) -> dict[str, int]:
     """Number of lines of the product, the tests and the benchmarks of a checkout."""
     return {
-        part: sum(path.read_bytes().count(b"\n") for name in names for path in python_files(root / name))
+        part: sum(
+            path.read_bytes().count(b"\n")
+            for name in names
+            for path in (root / name).rglob("*.py")
+            if not path.is_symlink()
+        )
         for part, names in FOLDERS.items()
     }
 

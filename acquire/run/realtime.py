@@ -25,7 +25,8 @@ def realtime() -> Iterator[list[str]]:
 
     Threads and processes started inside inherit the scheduling: start others before.
     """
-    policy, parameters, interval = _policy(), _parameters(), sys.getswitchinterval()
+    policy = os.sched_getscheduler(0) if hasattr(os, "sched_getscheduler") else 0
+    parameters, interval = _parameters(), sys.getswitchinterval()
     refused = [text for text in (_fifo(), _lock()) if text]
     gc.collect()
     gc.freeze()
@@ -44,10 +45,6 @@ def yield_to_the_loop() -> None:
     """Give the calling thread, which has inherited the control thread's scheduling, a lower priority."""
     if _parameters():
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(LESSER))
-
-
-def _policy() -> int:
-    return os.sched_getscheduler(0) if hasattr(os, "sched_getscheduler") else 0
 
 
 def _parameters() -> int:

@@ -27,7 +27,9 @@ def text(document: Document) -> str:
     """The document as text, without plots and details."""
     width = page_width.get()
     parts = [[document.title.center(width).rstrip(), "=" * width, *_facts(document)]]
-    parts += [_section(section) for section in short(document)]
+    parts += [
+        [section.title, "-" * page_width.get(), *blocks_lines(section.blocks)] for section in short(document)
+    ]
     return raised("\n\n".join("\n".join(part) for part in parts if part)) + "\n" + "=" * width
 
 
@@ -47,10 +49,6 @@ def _facts(document: Document) -> list[str]:
         for line in paragraph(value, " " * LABEL, f"{label + ':':<{LABEL}}")
     ]
     return (paragraph(document.note) if document.note else []) + written
-
-
-def _section(section: Section) -> list[str]:
-    return [section.title, "-" * page_width.get(), *blocks_lines(section.blocks)]
 
 
 def _lines(block: Block) -> list[str]:

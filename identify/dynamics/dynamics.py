@@ -54,7 +54,7 @@ class Dynamics:
             bodies = effect.link_parameters(robot, values, payload)
             if bodies is not None:
                 links = links + bodies
-            elif effect.joint_torque(robot, values, _zero_state(robot.dof)) is not None:
+            elif effect.joint_torque(robot, values, JointState(*[[0.0] * robot.dof] * 5)) is not None:
                 effects.append((effect, values))
             elif np.any(values):
                 left_out.append((effect, values))
@@ -123,10 +123,6 @@ class Dynamics:
 def stacked(torque: Sequence[Scalar], samples: int) -> np.ndarray:
     """Array (t, n) of one scalar or array (t,) per joint."""
     return np.stack([np.broadcast_to(np.asarray(part, float), (samples,)) for part in torque], axis=1)
-
-
-def _zero_state(joints: int) -> JointState:
-    return JointState(*([0.0] * joints for _ in range(5)))
 
 
 def _sum(*torques: Sequence[Scalar]) -> list[Scalar]:

@@ -238,19 +238,6 @@ def differences(
     return gradient
 
 
-class Formula(NamedTuple):
-    """Profiles of an effect as a function.
-
-    Attributes:
-        function: Function of position, velocity, load, temperature and constants that returns a tuple with
-            one profile per parameter of a joint; it accepts arrays and single numbers.
-        constants: Constants of the function.
-    """
-
-    function: Callable[[Any, Any, Any, Any, tuple[float, ...]], tuple[Any, ...]]
-    constants: tuple[float, ...] = (0.0,)
-
-
 @dataclass(frozen=True)
 class JointEffect(Effect):
     """An effect that acts on single joints, each with its own parameters.
@@ -267,31 +254,22 @@ class JointEffect(Effect):
     dry: ClassVar[bool] = False
     moved_by: ClassVar[tuple[str, ...]] = MOVED_BY
 
-    @property
-    def formula(self) -> Formula | None:
-        """Profiles as one function; None if there is no such form."""
-        return None
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        """Torque per unit of each parameter of a joint, if it depends only on the state of that joint.
+
+        `at` is a motion, then profiles are arrays (t, n), or a `JointState` of scalars.
+        """
+        raise NotImplementedError
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, *self.profiles(motion))
 
-    def profiles(self, motion: Motion) -> tuple[np.ndarray, ...]:
-        """Values of `formula` along a motion, one profile (t, n) per parameter of a joint."""
-        assert self.formula is not None
-        function, constants = self.formula
-        return function(motion.position, motion.velocity, motion.load, motion.temperature, constants)
-
     def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar] | None:
-        if self.formula is None:
+        if type(self).profiles is JointEffect.profiles:
             return None
-        function, constants = self.formula
-
-        def profiles(j: int) -> Sequence[Scalar]:
-            return function(
-                state.position[j], state.velocity[j], state.load[j], state.temperature[j], constants
-            )
-
-        return self.on_scalars(robot, values, profiles)
+        return self.on_scalars(
+            robot, values, lambda j: self.profiles(JointState(*(part[j] for part in state)))
+        )
 
     def on_scalars(
         self, robot: Robot, values: np.ndarray, profiles: Callable[[int], Sequence[Scalar]]

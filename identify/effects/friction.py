@@ -7,16 +7,12 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import Formula, JointEffect, Parameter, shape
+from .effect import JointEffect, Parameter, shape
 from .simulator_terms import JointTerms
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 TINY = np.finfo(float).tiny
 """Speed that keeps logarithms finite at standstill, where their products vanish [rad/s]."""
-
-
-def _viscous(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (velocity,)
 
 
 @dataclass(frozen=True)
@@ -29,19 +25,14 @@ class ViscousFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_viscous)
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return (at.velocity,)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fv", "N m s/rad", 0.0))
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
         return self.terms(robot, damping=values)
-
-
-def _coulomb(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (smooth_sign(velocity, constants[0]),)
 
 
 @dataclass(frozen=True)
@@ -63,9 +54,8 @@ class CoulombFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_coulomb, (self.reversal,))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return (smooth_sign(at.velocity, self.reversal),)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fg" if self.gradual else "Fc", "N m", 0.0))
@@ -76,14 +66,6 @@ class CoulombFriction(JointEffect):
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
         return self.terms(robot, dry=values, reversal=np.full(len(values), self.reversal))
-
-
-def _dry(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (np.abs(smooth_sign(velocity, constants[0])),)
-
-
-def _with_drag(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return np.abs(smooth_sign(velocity, constants[0])), np.abs(velocity)
 
 
 @dataclass(frozen=True)
@@ -106,9 +88,9 @@ class FrictionAsymmetry(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_with_drag if self.viscous else _dry, (self.reversal,))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        built_up = np.abs(smooth_sign(at.velocity, self.reversal))
+        return (built_up, np.abs(at.velocity)) if self.viscous else (built_up,)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, *[("Fa", "N m"), ("Fva", "N m s/rad")][: 1 + self.viscous])
@@ -123,10 +105,6 @@ class FrictionAsymmetry(JointEffect):
 def _decay(velocity: Any, fade: float, exponent: float) -> Any:
     """Remaining share of the friction at a velocity [-]."""
     return np.exp(-(np.abs(velocity / fade) ** exponent))
-
-
-def _stribeck(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (smooth_sign(velocity, constants[1]) * _decay(velocity, constants[0], constants[2]),)
 
 
 @dataclass(frozen=True)
@@ -149,9 +127,9 @@ class StribeckFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_stribeck, (self.fade, self.reversal, self.exponent))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        decay = _decay(at.velocity, self.fade, self.exponent)
+        return (smooth_sign(at.velocity, self.reversal) * decay,)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fs", "N m", 0.0))
@@ -162,10 +140,6 @@ class StribeckFriction(JointEffect):
         fade = smooth_sign(v, self.reversal) * decay * growth
         reversal = smooth_sign_by_reversal(v, self.reversal) * decay
         return {"fade": self.on_joints(robot, fade), "reversal": self.on_joints(robot, reversal)}
-
-
-def _power(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (np.sign(velocity) * np.abs(velocity) ** constants[0],)
 
 
 @dataclass(frozen=True)
@@ -185,9 +159,8 @@ class NonlinearViscousFriction(JointEffect):
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_power, (self.exponent,))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return (np.sign(at.velocity) * np.abs(at.velocity) ** self.exponent,)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fn", "N m", 0.0))
@@ -195,10 +168,6 @@ class NonlinearViscousFriction(JointEffect):
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = self.profiles(motion)[0] * np.log(np.maximum(np.abs(motion.velocity), TINY))
         return {"exponent": self.on_joints(robot, slope)}
-
-
-def _constant(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (0.0 * velocity + 1.0,)
 
 
 @dataclass(frozen=True)
@@ -210,9 +179,8 @@ class CurrentOffset(JointEffect):
     guessed: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ()
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_constant)
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return (0.0 * at.velocity + 1.0,)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Off", "N m"))

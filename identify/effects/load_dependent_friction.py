@@ -7,17 +7,13 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import Formula, JointEffect, Parameter, shape
+from .effect import JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
 def _pressed(load: Any, preload: float) -> Any:
     """Increase of the contact load over the preload [N m]."""
     return np.hypot(load, preload) - preload
-
-
-def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    return (smooth_sign(velocity, constants[0]) * _pressed(load, constants[1]),)
 
 
 @dataclass(frozen=True)
@@ -41,9 +37,8 @@ class LoadDependentFriction(JointEffect):
     needs_load: ClassVar[bool] = True
     greased: ClassVar[bool] = True
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_profiles, (self.reversal, self.preload))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return (smooth_sign(at.velocity, self.reversal) * _pressed(at.load, self.preload),)
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("mu", "1", 0.0))

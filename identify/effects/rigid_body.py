@@ -1,8 +1,8 @@
 """Inertia of links and rotors, with the gravity, centrifugal and Coriolis torque of the links."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -11,7 +11,6 @@ from ..arm.motion import Motion
 from ..arm.rigid_regressor import INERTIAL, rigid_gradient, rigid_regressor
 from ..arm.robot import Robot
 from .effect import Effect, JointEffect, MotionGradient, Parameter, Prior
-from .joint_state import JointState, Scalar
 from .simulator_terms import JointTerms
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
@@ -85,11 +84,8 @@ class RotorInertia(JointEffect):
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Ia", "kg m^2", 0.0))
 
-    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self.on_joints(robot, motion.acceleration)
-
-    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
-        return self.on_scalars(robot, values, lambda joint: (state.acceleration[joint],))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return (at.acceleration,)
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
         return self.terms(robot, armature=values)

@@ -8,13 +8,8 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..errors import NotRecorded
-from .effect import Formula, JointEffect, Parameter, shape
+from .effect import JointEffect, Parameter, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
-
-
-def _profiles(position: Any, velocity: Any, load: Any, temperature: Any, constants: Any) -> tuple[Any, ...]:
-    warmth = temperature - constants[0]
-    return velocity * warmth, smooth_sign(velocity, constants[1]) * warmth
 
 
 @dataclass(frozen=True)
@@ -37,9 +32,9 @@ class TemperatureDependentFriction(JointEffect):
     guessed: ClassVar[bool] = True
     needs_temperature: ClassVar[bool] = True
 
-    @property
-    def formula(self) -> Formula:
-        return Formula(_profiles, (self.reference, self.reversal))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        warmth = at.temperature - self.reference
+        return at.velocity * warmth, smooth_sign(at.velocity, self.reversal) * warmth
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return self.on_each(robot, ("Fvt", "N m s/rad/K"), ("Fct", "N m/K"))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -90,21 +91,13 @@ class PositionDependentFriction(JointEffect):
     def parameters(self, robot: Robot) -> list[Parameter]:
         return _parameters(self, robot, "F")
 
-    def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
-        return self._times_waves(robot, motion, smooth_sign(motion.velocity, self.reversal))
+    def profiles(self, at: Any) -> tuple[Any, ...]:
+        return self._times_waves(at, smooth_sign(at.velocity, self.reversal))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal)
-        return {"reversal": self._times_waves(robot, motion, slope)}
+        return {"reversal": self.on_joints(robot, *self._times_waves(motion, slope))}
 
-    def joint_torque(self, robot: Robot, values: np.ndarray, state: JointState) -> Sequence[Scalar]:
-        def waves(joint: int) -> Sequence[Scalar]:
-            sign = smooth_sign(state.velocity[joint], self.reversal)
-            return [sign * wave for wave in _waves(self.harmonic * state.position[joint], self.count)]
-
-        return self.on_scalars(robot, values, waves)
-
-    def _times_waves(self, robot: Robot, motion: Motion, profile: np.ndarray) -> np.ndarray:
-        """Regressor of a profile (t, n) multiplied by the waves along the joint."""
-        waves = _waves(self.harmonic * motion.position, self.count)
-        return self.on_joints(robot, *[profile * wave for wave in waves])
+    def _times_waves(self, at: Any, profile: Any) -> tuple[Any, ...]:
+        """A profile multiplied by each of the waves along the joint."""
+        return tuple(profile * wave for wave in _waves(self.harmonic * at.position, self.count))

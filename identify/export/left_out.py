@@ -140,11 +140,6 @@ def _servos(portable: Portable) -> list[str]:
     return _law(portable) if portable.robot.servo is not None else []
 
 
-def _other_servos(portable: Portable) -> list[str]:
-    """Position servos that are not in the robot file, such as those of an MJCF."""
-    return _law(portable) if portable.robot.servo is None else []
-
-
 def _law(portable: Portable) -> list[str]:
     law = portable.servos
     if law is None:
@@ -193,10 +188,6 @@ def _coupling(portable: Portable) -> list[str]:
     return ["coupling of motors and joints: torques are those of the joints, not of the motors"]
 
 
-def _uncertainty(portable: Portable) -> list[str]:
-    return ["standard deviations of the parameters, and the jerk limits"]
-
-
 FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "bodies": _bodies,
     "gravity": _gravity,
@@ -211,13 +202,13 @@ FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "measurements": _measurements,
     "gains": _gains,
     "servos": _servos,
-    "law": _other_servos,
+    "law": lambda portable: _law(portable) if portable.robot.servo is None else [],
     "delay": _of_each("law", "delay", "delay of the servos", "s"),
     "feed_forward": _of_each(
         "law", "feed_forward", "feed-forward of the servos, torque over commanded velocity", "N m s/rad"
     ),
     "integral": _of_each("law", "integral", "integral part of the servos", "N m/(rad s)"),
     "coupling": _coupling,
-    "uncertainty": _uncertainty,
+    "uncertainty": lambda portable: ["standard deviations of the parameters, and the jerk limits"],
 }
 """Part of a model -> function that describes it if a format cannot represent it."""

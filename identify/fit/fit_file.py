@@ -109,7 +109,14 @@ def _table(fit: Fit) -> dict[str, Any]:
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
         "moved": [moved.name for moved in fit.moved],
-        "full_estimate": None if fit.full_estimate is None else _estimate_table(fit.full_estimate),
+        "full_estimate": None
+        if (full := fit.full_estimate) is None
+        else {
+            "values": _numbers(full.values),
+            "drive_gain": _numbers(full.gain),
+            "noise": _numbers(full.noise),
+            "covariance": _numbers(full.covariance),
+        },
         "gap": [float(share) for share in fit.base.gap],
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
@@ -147,29 +154,6 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
     return tables
 
 
-def _estimate_table(estimate: Estimate) -> dict[str, Any]:
-    """The estimate before parameters were dropped."""
-    return {
-        "values": _numbers(estimate.values),
-        "drive_gain": _numbers(estimate.gain),
-        "noise": _numbers(estimate.noise),
-        "covariance": _numbers(estimate.covariance),
-    }
-
-
-def _read_full_estimate(file: FitFile) -> Estimate | None:
-    if file.full_estimate is None:
-        return None
-    return Estimate(
-        method=file.method,
-        values=np.array(file.full_estimate.values, float),
-        gain=np.array(file.full_estimate.drive_gain, float),
-        covariance=np.array(file.full_estimate.covariance, float),
-        noise=np.array(file.full_estimate.noise, float),
-        nominal_gains=file.drive_gains_nominal,
-    )
-
-
 def _scores(agreement: Agreement) -> dict[str, Any]:
     numbers = {name: _numbers(getattr(agreement, name)) for name in SCORES}
     return {"run": agreement.run, "noise_source": agreement.noise_source} | numbers
@@ -188,20 +172,12 @@ def _read_scores(file: FitFile) -> tuple[Scores, ...]:
 def _fit(file: FitFile, model: Model) -> Fit:
     rows, kept_rows, parameters = file.base_parameters, file.kept, tuple(model.parameters)
     values = {row.name: row.value for row in rows}
-    standard, bias = file.standard_parameters, file.gear_friction_bias
+    full, bias = file.full_estimate, file.gear_friction_bias
     prior = np.array([row.prior for row in kept_rows], float)
     return Fit(
         model=model,
         base=_base(parameters, kept_rows, file.gap),
-        estimate=Estimate(
-            method=file.method,
-            values=np.array([row.value for row in kept_rows], float),
-            gain=np.array(file.drive_gain, float),
-            covariance=np.array(file.covariance, float),
-            noise=np.array(file.noise, float),
-            standard=None if standard is None else np.array(standard, float),
-            nominal_gains=file.drive_gains_nominal,
-        ),
+        estimate=_estimate(file, file, [row.value for row in kept_rows], file.standard_parameters),
         runs=file.runs,
         filtering=file.filtering,
         condition=file.condition,
@@ -212,7 +188,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
         warnings=file.warnings,
         suspicions=file.suspicions,
         structure=_base(parameters, rows, file.gap) if len(kept_rows) < len(rows) else None,
-        full_estimate=_read_full_estimate(file),
+        full_estimate=None if full is None else _estimate(file, full, full.values),
         measures=file.measures,
         scores=_read_scores(file),
         noise=np.array(file.noise_floor, float),
@@ -224,6 +200,21 @@ def _fit(file: FitFile, model: Model) -> Fit:
         simulations=file.simulations,
         repeatability=file.repeatability,
         exported=None if kept_rows[0].exported is None else np.array([r.exported for r in kept_rows], float),
+    )
+
+
+def _estimate(
+    file: FitFile, source: Any, values: Sequence[float], standard: Sequence[float] | None = None
+) -> Estimate:
+    """Estimate with gains, covariance and noise of a file, or of its estimate before parameters were dropped."""
+    return Estimate(
+        method=file.method,
+        values=np.array(values, float),
+        gain=np.array(source.drive_gain, float),
+        covariance=np.array(source.covariance, float),
+        noise=np.array(source.noise, float),
+        standard=None if standard is None else np.array(standard, float),
+        nominal_gains=file.drive_gains_nominal,
     )
 
 

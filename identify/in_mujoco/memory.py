@@ -37,7 +37,7 @@ class Layout(NamedTuple):
         before = data.time
         data.time = MARK
         try:
-            time = find(start, number_bits(MARK), "time")
+            time = find(start, int.from_bytes(np.float64(MARK).tobytes(), "little"), "time")
         finally:
             data.time = before
         return cls(places, {name: array.size for name, array in arrays.items()}, time)
@@ -54,11 +54,6 @@ class Layout(NamedTuple):
     def clock(self, data: int) -> c_double:
         """Simulation time of the `MjData` at an address; `value` is always current [s]."""
         return c_double.from_address(data + self.time)
-
-
-def number_bits(number: float) -> int:
-    """The bits of a float64 as an integer."""
-    return int.from_bytes(np.float64(number).tobytes(), "little")
 
 
 def find(start: int, word: int, name: str) -> int:

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError
-from ..fit.base_parameters import BaseParameters
 from ..fit.estimators.nominal_gains import gain_deviation
 from ..fit.estimators.prior import prior
 from ..fit.fit import Fit
@@ -71,7 +70,8 @@ def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
             "in the robot file, or identify them with a payload that was weighed, then fit again"
         )
     gains, base = settled(fit), fit.structure or fit.base
-    places = [base.names.index(_structural(fit, base, k)) for k in range(len(fit.base.kept))]
+    named = dict(zip(base.kept, base.names, strict=True))
+    places = [base.names.index(named[column]) for column in fit.base.kept]
     count, arm, n = len(base.kept), rows.arm, len(gains.gain)
     mean, slope = np.zeros(arm + n), np.zeros((arm, n))
     covariance = np.zeros((arm + n, arm + n))
@@ -104,11 +104,6 @@ def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
         # The arm stays what it is while gains change, so that its torque shows the change.
         covariance[arm:, arm:] += alike(np.full(n, GAIN_CHANGES))
     return mean, covariance
-
-
-def _structural(fit: Fit, base: BaseParameters, row: int) -> str:
-    """Name of a base parameter of the fit before parameters were dropped."""
-    return dict(zip(base.kept, base.names, strict=True))[fit.base.kept[row]]
 
 
 def known_from_description(model: Model, rows: Rows) -> tuple[np.ndarray, np.ndarray]:

@@ -38,12 +38,6 @@ NOTHING = 1e-12
 """Size of a column, relative to the largest, below which it counts as zero."""
 
 
-def _friction_columns(motion: Motion, joint: int) -> np.ndarray:
-    """Unit rotor inertia, viscous and Coulomb friction of a joint, shape (t, 3)."""
-    velocity = motion.velocity[:, joint]
-    return np.stack([motion.acceleration[:, joint], velocity, np.sign(velocity)], axis=1)
-
-
 def _discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
     """Torque that depends on a joint's position, direction and speed, and on its neighbors, shape (t, k)."""
     position, velocity = motion.position[:, joint], motion.velocity[:, joint]
@@ -61,7 +55,8 @@ def _discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
 
 def joint_columns(motion: Motion, joint: int) -> np.ndarray:
     """Terms of a joint alone: rotor and friction, offset, and discrepancy, shape (t, q)."""
-    friction = _friction_columns(motion, joint)
+    velocity = motion.velocity[:, joint]
+    friction = np.stack([motion.acceleration[:, joint], velocity, np.sign(velocity)], axis=1)
     return np.hstack([friction, np.ones((len(motion), 1)), _discrepancy_columns(motion, joint)])
 
 
@@ -102,7 +97,11 @@ class BlockPrediction:
     def blocks(self) -> list[Block]:
         """All blocks with their normal equations."""
         folds = np.array_split(np.arange(self.bodies.shape[1]), FOLDS)
-        parts = [_products(self.bodies[:, rows], self.terms[:, rows]) for rows in folds]
+        parts = []
+        for rows in folds:
+            bodies, terms = self.bodies[:, rows], self.terms[:, rows]
+            across = bodies.transpose(0, 2, 1)
+            parts.append([across @ bodies, across @ terms, terms.transpose(0, 2, 1) @ terms])
         total = [np.sum([part[k] for part in parts], axis=0) for k in range(3)]
         weight = np.concatenate([np.full(4, FREE), np.full(self.terms.shape[2] - 4, HELD_BACK)])
         blocks = []
@@ -200,12 +199,6 @@ def trees_of(columns: np.ndarray, log: Sampled) -> Trees:
         bodies = np.ascontiguousarray(whole.bodies[joints][:, :, used[joints].any(axis=0)])
         trees.append((joints, BlockPrediction(bodies, whole.terms[joints], whole.sliding[:, joints])))
     return trees
-
-
-def _products(bodies: np.ndarray, terms: np.ndarray) -> list[np.ndarray]:
-    """Products of a block's columns for each joint."""
-    across = bodies.transpose(0, 2, 1)
-    return [across @ bodies, across @ terms, terms.transpose(0, 2, 1) @ terms]
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray, size: np.ndarray, ridges: Sequence[float]) -> np.ndarray:

@@ -49,12 +49,6 @@ def described(robot: Robot) -> bool:
     return bool(masses.sum() > 0 and (len(masses) == 1 or np.ptp(masses) > 0))
 
 
-def described_values(robot: Robot) -> np.ndarray:
-    """Described inertial parameters of all links, shape (10 n,); zero if all masses are the same number."""
-    values = [inertial_parameters(body) for body in list(robot.kinematics.inertias)[1:]]
-    return np.concatenate(values) * described(robot)
-
-
 def tool(robot: Robot) -> np.ndarray:
     """Standard deviations of an undescribed tool on the flange, in the order of `INERTIAL`, shape (10,)."""
     bodies, places = list(robot.kinematics.inertias)[1:], list(robot.kinematics.jointPlacements)[2:]
@@ -190,7 +184,8 @@ def likelihoods(
     bodies = list(robot.kinematics.inertias)[1:]
     spread = np.array([prior.std for body in bodies for prior in inertial_priors(body, DRAWN).values()])
     spread[-10:] = np.hypot(spread[-10:], tool(robot))
-    values, heavy = described_values(robot), sum(body.mass for body in bodies) > HEAVY
+    values = np.concatenate([inertial_parameters(body) for body in bodies]) * described(robot)
+    heavy = sum(body.mass for body in bodies) > HEAVY
     for j in range(robot.dof):
         rows = sliding_rows(log, j)
         if not len(rows):

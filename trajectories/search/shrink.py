@@ -67,7 +67,9 @@ def shrink_inside(
     """
 
     def excess(candidate: Fourier) -> tuple[list[Violation], bool]:
-        return violations_of(candidate, goal, limits, tick), _clear(candidate, clearances)
+        return violations_of(candidate, goal, limits, tick), all(
+            clearance.worst(candidate).allowed for clearance in clearances
+        )
 
     for _ in range(MOST):
         violations, clear = excess(series)
@@ -86,10 +88,6 @@ def shrink_inside(
         step **= 2
         remaining *= step
     raise Infeasible(_sentence(goal, violations, clearances, series))
-
-
-def _clear(series: Fourier, clearances: Sequence[Clearance]) -> bool:
-    return all(clearance.worst(series).allowed for clearance in clearances)
 
 
 def _largest(

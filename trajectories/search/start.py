@@ -1,6 +1,6 @@
 """Start: the search from random coefficients to series inside all limits."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,6 @@ from exidyn.identification.arm.robot import Limits
 from ..clearances.configurations import clear_position
 from ..errors import Infeasible
 from ..families.fourier import Fourier
-from ..limits.check import Violation
 from ..limits.usable_limits import ranges
 from .bounds import ClearanceBound, kinematic_bounds
 from .clock import Clock
@@ -87,7 +86,11 @@ def _settle(
     best = problem.coefficients(search.unknowns)
     for iteration in range(SETTLED):
         remaining = seconds - delivery.used - delivery.takes
-        violations = _violations(problem.basis.fourier(best), goal, setting)
+        violations = [
+            violation
+            for fourier in problem.basis.fourier(best)
+            for violation in violations_of(fourier, goal, setting.limits, setting.tick)
+        ]
         if remaining <= 0.0 or stop() or not (violations or (narrower and iteration == 0)):
             return
         limits = tightened(limits, violations)
@@ -130,14 +133,6 @@ def best_of_tries(
         if search.unknowns is not None and search.value < least:
             best, least, curvature = problem.coefficients(search.unknowns), search.value, search.curvature
     return best, curvature
-
-
-def _violations(series: Sequence[Fourier], goal: Goal, setting: Setting) -> list[Violation]:
-    return [
-        violation
-        for fourier in series
-        for violation in violations_of(fourier, goal, setting.limits, setting.tick)
-    ]
 
 
 def problem_of(goal: Goal, setting: Setting, period: float) -> Problem:

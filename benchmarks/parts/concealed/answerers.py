@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from exidyn.identification.model import Model
+    pass
 
 Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""
@@ -26,15 +26,12 @@ def product(folder: Path, values: bool = True) -> dict[str, Any]:
 
     runs = read_case(folder)
     roles = [(run.settings["role"], run) for run in runs]
-    model = runs[0].model if values else without_values(runs[0].model)
+    model = runs[0].model
+    if not values:
+        model = replace(model, stated={}, robot=replace(model.robot, inertias_stated=False))
     diagnosis = diagnose(model, roles, filtering=Filtering(torque_cutoff=COMPARISON_CUTOFF))
     found: dict[str, Any] = answer(diagnosis)
     return found
-
-
-def without_values(model: "Model") -> "Model":
-    """A model with inertias, friction and offsets unstated."""
-    return replace(model, stated={}, robot=replace(model.robot, inertias_stated=False))
 
 
 ANSWERERS: dict[str, Answerer] = {"product": product, "bare": partial(product, values=False)}

@@ -192,11 +192,6 @@ def _tilt(truth: Parameters) -> dict[str, float]:
     return {"tilt_x": np.sin(angle) * np.cos(heading), "tilt_y": np.sin(angle) * np.sin(heading)}
 
 
-def _rotor(truth: Parameters) -> dict[str, float]:
-    """Only that of a rotor which the model lacks is known beside the model's."""
-    return {"Ia": truth["Ia"]} if truth["missing"] else {}
-
-
 def _balancer(truth: Parameters) -> dict[str, float]:
     """Its numbers relative to `d21`, which no torque shows."""
     fixed, moving = truth["d21"], truth["d22"]
@@ -207,7 +202,8 @@ def _balancer(truth: Parameters) -> dict[str, float]:
 SAME: Mapping[str, Callable[[Parameters], Mapping[str, float]]] = {
     "payload": lambda truth: {"M": truth["mass"]},
     "link_inertia": lambda truth: {"M": truth["mass"]},
-    "rotor_inertia": _rotor,
+    # Only that of a rotor which the model lacks is known beside the model's.
+    "rotor_inertia": lambda truth: {"Ia": truth["Ia"]} if truth["missing"] else {},
     "base_tilt": _tilt,
     "viscous_friction": lambda truth: {"Fv": truth["Fv"]},
     "coulomb_friction": lambda truth: {"Fc": truth["Fc"]},

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from exidyn.identification.diagnosis.findings.finding import Finding
 from exidyn.identification.effects import (
     Effect,
     FrictionAsymmetry,
+    JointEffect,
     LoadDependentFriction,
     NonlinearViscousFriction,
     TorqueRipple,
@@ -88,36 +89,25 @@ def about(value: float, spare: float = 0.0) -> Range:
     return value - spare, value + spare
 
 
+def term_of(kind: type[JointEffect], **fields: Any) -> Callable[[str], Effect]:
+    """A function that makes an effect of a joint by the joint's name."""
+    return lambda joint: kind((joint,), **fields)
+
+
 def rubs_under_load(joint: int, how: str = FITS, size: str = "no size known", **sizes: Range) -> Known:
-    return Known("load_dependent_friction", (joint,), how, size, sizes, term=_load_term)
-
-
-def _load_term(joint: str) -> Effect:
-    return LoadDependentFriction((joint,))
+    return Known("load_dependent_friction", (joint,), how, size, sizes, term=term_of(LoadDependentFriction))
 
 
 def sublinear(joint: int) -> Known:
-    term = partial(_drag_term, exponent=0.5)
+    term = term_of(NonlinearViscousFriction, exponent=0.5)
     shape = {"exponent": (0.0, 1.0)}
     return Known("nonlinear_viscous_friction", (joint,), FITS, "exponent below 1", shape=shape, term=term)
 
 
-def _drag_term(joint: str, exponent: float) -> Effect:
-    return NonlinearViscousFriction((joint,), exponent=exponent)
-
-
 def ripple(joint: int, order: float, size: float, how: str, unit: str, spare: float = 0.0) -> Known:
     words, shape = f"harmonic {order:g}, {size:g} {unit}", {"harmonic": about(order, TURN)}
-    term = partial(_wave_term, harmonic=order) if how == FITS else None
+    term = term_of(TorqueRipple, harmonic=order) if how == FITS else None
     return Known("torque_ripple", (joint,), how, words, {"amplitude": about(size, spare)}, shape, term=term)
-
-
-def _wave_term(joint: str, harmonic: float) -> Effect:
-    return TorqueRipple((joint,), harmonic=harmonic)
-
-
-def _one_way_term(joint: str) -> Effect:
-    return FrictionAsymmetry((joint,), viscous=True)
 
 
 def possible(*known: Known) -> tuple[Known, ...]:
@@ -158,7 +148,8 @@ KNOWN: dict[str, tuple[Known, ...]] = {
     ),
     "emps": (
         Known("friction_asymmetry", (0,), "second model of its authors; plain fit with and without it",
-              "drag 36.7 N s/m lower forward, higher backward", {"Fva1": about(-36.7)}, term=_one_way_term),
+              "drag 36.7 N s/m lower forward, higher backward", {"Fva1": about(-36.7)},
+              term=term_of(FrictionAsymmetry, viscous=True)),
     ),
     "tx40": (
         Known("kinematic_coupling", (4, 5), "gears of the wrist; published",

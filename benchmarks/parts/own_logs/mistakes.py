@@ -65,11 +65,7 @@ def exchanged(*pairs: tuple[str, str]) -> Callable[[Columns], Columns]:
 
 
 def times(factor: float, *names: str) -> Callable[[Columns], Columns]:
-    def make(columns: Columns) -> Columns:
-        matched = [name for name in columns if any(re.fullmatch(one, name) for one in names)]
-        return columns | {name: columns[name] * factor for name in matched}
-
-    return make
+    return each(lambda values: values * factor, *names)
 
 
 def each(change: Callable[[np.ndarray], np.ndarray], *names: str) -> Callable[[Columns], Columns]:
@@ -101,14 +97,10 @@ def _held(times: int, *names: str) -> Callable[[Columns], Columns]:
     return each(lambda values: np.repeat(values[::times], times)[: len(values)], *names)
 
 
-def _reversed(columns: Columns) -> Columns:
-    return columns | {f"{s}{j}": columns[f"{s}{7 - j}"] for s in ("q", "dq", "i") for j in range(1, 7)}
-
-
-def _late(columns: Columns) -> Columns:
-    return columns | {
-        f"{s}{j}": columns[f"{s}{(j - 2) % 6 + 1}"] for s in ("q", "dq", "i") for j in range(1, 7)
-    }
+def in_order(*joints: int) -> Callable[[Columns], Columns]:
+    """Columns of these joints in the place of joints 1 to n."""
+    pairs = [(s, j, other) for s in ("q", "dq", "i") for j, other in enumerate(joints, 1)]
+    return lambda columns: columns | {f"{s}{j}": columns[f"{s}{other}"] for s, j, other in pairs}
 
 
 def _same_stamp(columns: Columns) -> Columns:
@@ -150,8 +142,9 @@ MISTAKES = (
         (rf"(efforts?|currents?) .*joint2 and joint3.*({EXCHANGED})|i1, i3, i2",)),
     Mistake("columns of joints 4 and 6 exchanged", exchanged(("q4", "q6"), ("i4", "i6"), ("dq4", "dq6")),
         (rf"joint4 and joint6.*({EXCHANGED})|order of joints +1, 2, 3, 6, 5, 4",)),
-    Mistake("joints in reverse order", _reversed, (r"reverse(d)? order|order of joints +6, 5, 4, 3, 2, 1",)),
-    Mistake("joints one late", _late,
+    Mistake("joints in reverse order", in_order(6, 5, 4, 3, 2, 1),
+        (r"reverse(d)? order|order of joints +6, 5, 4, 3, 2, 1",)),
+    Mistake("joints one late", in_order(6, 1, 2, 3, 4, 5),
         (r"(begin|start|are|is) one (joint )?(late|early)|order of joints +2, 3, 4, 5, 6, 1",)),
     Mistake("current of joint 1 negated", times(-1.0, "i1"), ("joint1", AGAINST)),
     Mistake("current of joint 2 negated", times(-1.0, "i2"),
@@ -206,11 +199,6 @@ TWO = r"\b(2\.0\d*|1\.9\d*|2) (±|\+-|kg)"
 """How a mass of 2 kg is written."""
 
 
-def _without_gravity(columns: Columns) -> Columns:
-    """The same motion with torques that lack the weight of the arm."""
-    return dict(joint_torques(SIX, 30.0, 100.0, 0.35, seed=3, gravity=False).columns)
-
-
 def _per_cent(columns: Columns) -> Columns:
     """Positions and commands of 0 at the middle and 100 at the end of each joint's range."""
     return {
@@ -232,11 +220,6 @@ def _motor_side(columns: Columns) -> Columns:
     for joint, ratio in enumerate(ratios, 1):
         motor |= {f"q{joint}": columns[f"q{joint}"] * ratio, f"tau{joint}": columns[f"tau{joint}"] / ratio}
     return motor
-
-
-def _lost_sign(values: np.ndarray) -> np.ndarray:
-    """Registers of 16 bits read without their sign, then times 2.69 mA a step, in ampere."""
-    return np.round(values / 0.00269) % 2.0**16 * 0.00269
 
 
 def _saturated(values: np.ndarray) -> np.ndarray:
@@ -288,14 +271,12 @@ def _times_gain(columns: Columns) -> Columns:
     return columns | {f"i{joint}": columns[f"i{joint}"] * gain for joint, gain in gains}
 
 
+LIMITED, PASSIVE = 'forcerange="-3.35 3.35"', 'damping="0" armature="0.02"'
+
+
 def in_mujoco() -> Scene:
     """The servo arm by an MJCF whose servos are as in the log."""
-    servo = f'kp="{KP}" forcerange="-3.35 3.35"'
-    return replace(servos(), arm=SERVO.mjcf(servo, 'damping="0" armature="0.02"'), robot="")
-
-
-def _stiff_mjcf() -> str:
-    return SERVO.mjcf('kp="998" kv="2.7" forcerange="-3.35 3.35"', 'damping="0" armature="0.02"')
+    return replace(servos(), arm=SERVO.mjcf(f'kp="{KP}" {LIMITED}', PASSIVE), robot="")
 
 
 LOADED: Step = tuple("import {folder}/loaded.csv --robot {robot} -o {folder}/loaded.mcap".split())
@@ -324,7 +305,9 @@ AGAIN = (
 )
 FOLDER: Step = (*IMPORT[:-1], "{folder}/runs")
 MORE = (
-    Mistake("torques without gravity", _without_gravity, (GRAVITY_ABSENT,), six),
+    Mistake("torques without gravity",
+        lambda _: dict(joint_torques(SIX, 30.0, 100.0, 0.35, seed=3, gravity=False).columns),
+        (GRAVITY_ABSENT,), six),
     Mistake("torques of joints 4 to 6 times 10", times(10.0, r"tau[456]"),
         (JOINTS_4_TO_6, r"torque|effort|\btau", TEN), six),
     Mistake("positions times 1/4", times(0.25, r"q\d"), ("positions?|angles?", QUARTER, SCALE), six),
@@ -338,7 +321,8 @@ MORE = (
         legs, steps=(INIT, IMPORT)),
     Mistake("gear ratio of joint 4 is half", _motor_side, (GEAR_OF_4,), six, robot=GEARS,
         options=("--motor-side",)),
-    Mistake("a sign lost before scaling", each(_lost_sign, r"i\d"),
+    Mistake("a sign lost before scaling",   # registers of 16 bits, then times 2.69 mA a step, in ampere
+        each(lambda i: np.round(i / 0.00269) % 2.0**16 * 0.00269, r"i\d"),
         (r"\bsigns?\b", r"lost|put back|restored|65[.,]?536|16 bits|two bands")),
     Mistake("position register of joint 2 that saturates", each(_saturated, "q2"),
         ("joint2|q2",
@@ -358,6 +342,6 @@ MORE = (
     Mistake("two runs in one file", _two_runs,
         (r"two runs|(time|stamps?) (begins?|starts?) (anew|again)|restarts?",), six, steps=(INIT, FOLDER)),
     Mistake("servo gain of an MJCF is 998, not 18", times(1.0), (r"\b998\b", r"\b1[678](\.\d+)?\b"),
-        in_mujoco, robot=_stiff_mjcf(), steps=(INIT, IMPORT, OTHER, GAP), others={"other": _other_motion}),
+        in_mujoco, robot=SERVO.mjcf(f'kp="998" kv="2.7" {LIMITED}', PASSIVE), steps=(INIT, IMPORT, OTHER, GAP), others={"other": _other_motion}),
 )  # fmt: skip
 """Further mistakes."""

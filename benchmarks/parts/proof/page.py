@@ -122,7 +122,12 @@ def section(one: Answer) -> str:
         budget_words(one, about.unit),
     ]
     if one["open_loop"]:
-        parts.append(open_loop_words(one["open_loop"]))
+        rows = [
+            [model, *(f"{error:.2f}" for error in kinds.values())]
+            for model, kinds in one["open_loop"].items()
+        ]
+        parts += [f"{OPEN_LOOP}\n", table(["model", "fitted run", "held out"], rows)]
+        parts.append(f"Position held out, {worse_position(one['open_loop'])}.\n")
     return "\n".join([*parts, again_words(one), missed_words(one)])
 
 
@@ -149,13 +154,6 @@ def budget_words(one: Answer, unit: str) -> str:
         ["residual held out", *(f"J{j + 1}" for j in range(one["joints"]))],
         [[f"without and with findings [{unit}]", *gains(one)]],
     )
-
-
-def open_loop_words(found: dict[str, dict[str, float]]) -> str:
-    """Simulation from recorded force alone."""
-    rows = [[model, *(f"{error:.2f}" for error in errors.values())] for model, errors in found.items()]
-    words = f"Position held out, {worse_position(found)}.\n"
-    return f"{OPEN_LOOP}\n\n{table(['model', 'fitted run', 'held out'], rows)}\n{words}"
 
 
 def again_words(one: Answer) -> str:

@@ -7,6 +7,7 @@ since its library may end it.
 """
 
 import json
+import os
 import re
 import socket
 import struct
@@ -18,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import imports_as_here
 
 from exidyn.acquire.run.realtime import realtime
 from exidyn.drivers.franka.target_stream import CYCLE
@@ -35,11 +35,6 @@ def report(peer: Peer) -> dict[str, Any]:
     """What the controller counted in a session; it is ended with that."""
     peer.close()
     return json.loads(peer.lines[-1])
-
-
-def timeouts(report: dict[str, Any]) -> int:
-    """Whether it stopped because too many answers were missing."""
-    return int("RSITimeout" in report["stopped"])
 
 
 def latencies(report: dict[str, Any]) -> np.ndarray:
@@ -120,7 +115,8 @@ def fci(seconds: float) -> tuple[np.ndarray, int]:
     ):
         move_away(peer.process.pid)
         command = [sys.executable, "-P", "-m", __name__, driver.settings.address, str(seconds)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, env=imports_as_here(), check=True)
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+        done = subprocess.run(command, stdout=subprocess.PIPE, env=environment, check=True)
         return late(np.frombuffer(done.stdout).tolist(), CYCLE)
 
 

@@ -17,7 +17,7 @@ from exidyn.drivers import Driver, DriverError
 from .controllers import ARMS, CONTROLLERS, NoBus, controller
 from .floor import APART, Floor, floor, move_away, on_the_loops
 from .run import COBOT, Ran, cpu_time, job, run
-from .sessions import echo, fci, latencies, report, rtde, timeouts
+from .sessions import echo, fci, latencies, report, rtde
 
 SESSIONS = {"kuka_rsi": echo, "ur_rtde": rtde, "franka": fci}
 """Floors of drivers whose controller has the clock."""
@@ -185,7 +185,7 @@ def table(found: dict[str, Measured], seconds: float) -> dict[str, Any]:
         "cycle_ms_p50": {name: one.work[0] for name, one in found.items()},
         "cycle_ms_p99": {name: one.work[1] for name, one in found.items()},
         "driver_ms_p50": {name: one.work[2] for name, one in found.items()},
-        "rsi_timeout_stops": sum(timeouts(one.krc) for one in found.values() if one.krc),
+        "rsi_timeout_stops": sum("RSITimeout" in one.krc["stopped"] for one in found.values() if one.krc),
         "ended_early": [name for name, one in found.items() if one.ran.outcome.stop],
     }
 

@@ -40,7 +40,7 @@ def said(result: Any, original: str) -> Said:
     named = {(f"actuator of {joints[joint]}", quantity) for quantity, joint in servos}
     of_actuators = {pair for pair in written if pair[0].startswith("actuator")}
     return Said(
-        frozenset(_findings(result.findings)),
+        frozenset((one.effect, int(joint)) for one in result.findings for joint in one.joints or (-1,)),
         frozenset(servos),
         frozenset(_numbers(model, joints, changes)),
         # A servo is a change of the file whether or not its attributes are listed there.
@@ -52,11 +52,6 @@ def said(result: Any, original: str) -> Said:
         result.commands,
         result.held,
     )
-
-
-def _findings(findings: Iterable[Any]) -> Iterable[tuple[str, int]]:
-    for finding in findings:
-        yield from ((finding.effect, int(joint)) for joint in finding.joints or (-1,))
 
 
 def _numbers(model: mujoco.MjModel, joints: list[str], changes: Iterable[Any]) -> Iterable[tuple[str, int]]:
@@ -129,7 +124,14 @@ class Score(NamedTuple):
 def score(items: Iterable[Item], answer: Said, with_torque: bool) -> Score:
     """Score of an answer about an arm with these items."""
     items = tuple(items)
-    named = [item for item in items if _is_named(item, answer, with_torque)]
+    named = [
+        item
+        for item in items
+        if all(
+            any(_has(accepted(item.kind, with_torque), answer, near) for near in _near(item.kind, joint))
+            for joint in item.joints or (WHOLE,)
+        )
+    ]
     false = {(effect, joint) for effect, joint in answer.findings if not _explained(items, effect, joint, 0)}
     false |= {(kind, joint) for kind, joint in answer.servos if not _explained(items, kind, joint, 1)}
     concealed, found = (tuple((item.kind, item.joints) for item in group) for group in (items, named))
@@ -144,12 +146,6 @@ def accepted(kind: str, with_torque: bool) -> Names:
     if kind == "kv":
         return _names((), names.servos)
     return names._replace(servos=frozenset())
-
-
-def _is_named(item: Item, answer: Said, with_torque: bool) -> bool:
-    names = accepted(item.kind, with_torque)
-    joints = item.joints or (WHOLE,)
-    return all(any(_has(names, answer, near) for near in _near(item.kind, joint)) for joint in joints)
 
 
 def _near(kind: str, joint: int) -> tuple[int, ...]:

@@ -16,7 +16,6 @@ times the measured torque of joint j to the fitted torque and changes the estima
 `with_nominal_gains`.
 """
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -113,7 +112,8 @@ def sandwich(
     color = noise_covariance(scaled, equations)
     for run, level in zip(equations.runs, levels, strict=True):
         noise = color * np.outer(level, level)
-        for rows in _segments(run):
+        for start in range(run.start, run.stop, SEGMENT):
+            rows = slice(start, min(start + SEGMENT, run.stop))
             absorbed = _absorbed_power(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
             meat += _colored_gram(weighted_rows(instruments, rows) / deviation, noise, absorbed)
     inverse = np.linalg.inv(bread)
@@ -173,11 +173,6 @@ def sandwich_with_gains(
     jacobian = np.concatenate([equations.regressor / gain[None, :, None], by_gain], axis=2)
     before = np.concatenate([np.zeros(len(values)), wide**-2.0])
     return sandwich(jacobian, equations.current - torque / gain, equations, before=before).covariance
-
-
-def _segments(run: slice) -> Iterator[slice]:
-    for start in range(run.start, run.stop, SEGMENT):
-        yield slice(start, min(start + SEGMENT, run.stop))
 
 
 def _colored_gram(rows: np.ndarray, noise: np.ndarray, absorbed: np.ndarray) -> np.ndarray:

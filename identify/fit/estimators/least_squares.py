@@ -5,7 +5,7 @@ import numpy as np
 from ..equations import Equations
 from .compressed import Compressed, Estimate, solve
 from .covariance import sandwich
-from .nominal_gains import of_nominal_gains
+from .nominal_gains import gain_deviation, with_nominal_gains
 
 
 def residual(equations: Equations, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
@@ -18,9 +18,9 @@ def weighted(equations: Equations) -> Estimate:
     compressed = Compressed.of(equations)
     values, _ = weighted_solution(equations, compressed)
     remaining, torque = residual(equations, values, equations.gain), equations.gain * equations.current
-    covariance = of_nominal_gains(
-        sandwich(equations.regressor, remaining, equations, torque=torque), equations
-    )
+    spread = sandwich(equations.regressor, remaining, equations, torque=torque)
+    by_gain, deviation = spread.by_scale / equations.gain, gain_deviation(equations)
+    covariance = with_nominal_gains(spread.covariance, by_gain, deviation)
     noise = compressed.residual_std(values, equations.gain)
     return Estimate("weighted", values, equations.gain, covariance, noise, nominal_gains=True)
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..equations import Equations
 from .compressed import Estimate
-from .covariance import Spread
 
 
 def gain_deviation(equations: Equations) -> np.ndarray:
@@ -28,11 +27,6 @@ def with_nominal_gains(covariance: np.ndarray, by_gain: np.ndarray, deviation: n
     """
     spread = np.concatenate([by_gain, np.eye(len(deviation))]) * deviation
     return np.pad(covariance, (0, len(deviation))) + spread @ spread.T
-
-
-def of_nominal_gains(spread: Spread, equations: Equations) -> np.ndarray:
-    """Covariance (b + n, b + n) of values, then nominal gains, from the spread of an estimate in torque."""
-    return with_nominal_gains(spread.covariance, spread.by_scale / equations.gain, gain_deviation(equations))
 
 
 def given_nominal(estimate: Estimate) -> np.ndarray:

@@ -14,10 +14,12 @@ from ...parts.controllers.servo_parts import (
     SETTINGS,
     TURN,
     arm,
+    armed,
     counting,
     driver,
     fresh,
     hold,
+    module_peer,
     peer,
     send_only,
     servo,
@@ -25,17 +27,8 @@ from ...parts.controllers.servo_parts import (
     until,
 )
 
-
-@pytest.fixture(scope="module")
-def moving():
-    with peer("dynamixel", "--torque", 1) as one:
-        yield one
-
-
-@pytest.fixture(scope="module")
-def mirroring():
-    with peer("dynamixel", "--mirror") as one:
-        yield one
+moving = module_peer("dynamixel", "--torque", 1)
+mirroring = module_peer("dynamixel", "--mirror")
 
 
 @pytest.fixture
@@ -68,9 +61,7 @@ def test_servos_are_found_set_up_and_reported(servos):
 
 @pytest.mark.parametrize("fast", ["on", "off"])
 def test_the_arm_follows_and_reports_position_velocity_and_current(servos, fast):
-    with driver("dynamixel", servos, fast_sync_read=fast) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos, fast_sync_read=fast)) as one:
         start = still(one)
         samples = []
         for number in range(300):
@@ -86,9 +77,7 @@ def test_the_arm_follows_and_reports_position_velocity_and_current(servos, fast)
 
 
 def test_without_commands_the_arm_stays(servos):
-    with driver("dynamixel", servos) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos)) as one:
         first = still(one)
         for _ in range(50):
             last = fresh(one).position
@@ -96,9 +85,7 @@ def test_without_commands_the_arm_stays(servos):
 
 
 def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
-    with counting("dynamixel", mirrors) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors)) as one:
         checked = 0
         for number in range(200):
             if number in (20, 90):
@@ -113,9 +100,7 @@ def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
 
 
 def test_numbers_that_look_like_headers_come_through(mirrors):
-    with counting("dynamixel", mirrors, fast_sync_read="off") as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors, fast_sync_read="off")) as one:
         for count in (-1, -3, -513, 0xFFFF, 0xFFFD, -131073):
             if abs(count) < 256 * 4096:
                 command = hold(np.full(6, count * TURN))
@@ -124,9 +109,7 @@ def test_numbers_that_look_like_headers_come_through(mirrors):
 
 
 def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
-    with counting("dynamixel", mirrors, fast_sync_read="off") as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors, fast_sync_read="off")) as one:
         fresh(one)
         send_only(mirrors, f"corrupt {servo(2)} 1")
         sample, events = until(one, lambda s: s.stale.any())
@@ -140,9 +123,7 @@ def test_a_servo_with_a_broken_answer_is_stale_for_that_cycle(mirrors):
 
 
 def test_a_silent_servo_is_reported_and_the_others_go_on(mirrors):
-    with counting("dynamixel", mirrors, fast_sync_read="off") as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors, fast_sync_read="off")) as one:
         send_only(mirrors, f"silent {servo(4)}")
         try:
             sample, events = until(one, lambda s: s.stale.sum() == 1)
@@ -153,9 +134,7 @@ def test_a_silent_servo_is_reported_and_the_others_go_on(mirrors):
 
 
 def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
-    with counting("dynamixel", mirrors) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors)) as one:
         chance = random.Random(0)
         for number in range(60):
             if number % 6 == 0:
@@ -165,9 +144,7 @@ def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
 
 
 def test_an_error_for_which_a_servo_stops_is_a_fault_and_another_an_event(servos):
-    with driver("dynamixel", servos) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos)) as one:
         fresh(one)
         send_only(servos, f"error {servo(1)} 1")  # input voltage does not switch torque off
         sample, events = until(one, lambda s: s.events)
@@ -185,9 +162,7 @@ def test_an_error_for_which_a_servo_stops_is_a_fault_and_another_an_event(servos
 @pytest.mark.parametrize("fast", ["on", "off"])
 @pytest.mark.parametrize("number", range(1, 8))
 def test_an_answer_with_an_error_number_is_reported_and_stale(mirrors, fast, number):
-    with counting("dynamixel", mirrors, fast_sync_read=fast) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors, fast_sync_read=fast)) as one:
         fresh(one)
         send_only(mirrors, f"refuse {servo(2)} {number}")
         sample, events = until(one, lambda s: any("answers with" in event for event in s.events))
@@ -207,9 +182,7 @@ def test_an_answer_with_an_error_number_is_reported_and_stale(mirrors, fast, num
 
 
 def test_another_error_number_is_reported_anew_and_with_a_hardware_error(mirrors):
-    with counting("dynamixel", mirrors) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("dynamixel", mirrors)) as one:
         fresh(one)
         for number in (1, 7):
             send_only(mirrors, f"refuse {servo(5)} {number}")
@@ -232,9 +205,7 @@ def test_servos_that_refuse_before_the_run_are_not_taken_as_set_up(mirrors):
 
 
 def test_the_bus_watchdog_stops_the_servos_when_the_computer_falls_silent(servos):
-    with driver("dynamixel", servos, watchdog=0.1) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos, watchdog=0.1)) as one:
         start = fresh(one).position
         Driver.clock.sleep(0.3)
         sample, _ = until(one, lambda s: s.fault, hold(start + 0.1))
@@ -246,9 +217,7 @@ def test_the_bus_watchdog_stops_the_servos_when_the_computer_falls_silent(servos
 
 
 def test_waiting_before_the_first_cycle_does_no_harm(servos):
-    with driver("dynamixel", servos, watchdog=1.0) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos, watchdog=1.0)) as one:
         Driver.clock.sleep(1.3)
         assert fresh(one).fault == ""
         start = still(one)
@@ -256,9 +225,7 @@ def test_waiting_before_the_first_cycle_does_no_harm(servos):
 
 
 def test_a_servo_that_lost_its_power_is_a_fault(servos):
-    with driver("dynamixel", servos, fast_sync_read="off") as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos, fast_sync_read="off")) as one:
         fresh(one)
         send_only(servos, f"silent {servo(0)}")
         for _ in range(80):
@@ -270,9 +237,7 @@ def test_a_servo_that_lost_its_power_is_a_fault(servos):
 
 
 def test_a_quick_stop_holds_where_the_arm_is_and_no_command_moves_it_again(servos):
-    with driver("dynamixel", servos) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos)) as one:
         start = fresh(one).position
         for number in range(100):
             one.exchange(hold(start + 0.001 * number))
@@ -303,9 +268,7 @@ def test_at_the_end_servos_hold_or_are_off_and_take_goals_of_others(servos, at_e
 
 @pytest.mark.parametrize("wrong", [1e6, np.nan])
 def test_a_goal_that_no_servo_takes_is_not_sent_and_is_a_fault(servos, wrong):
-    with driver("dynamixel", servos) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("dynamixel", servos)) as one:
         start = fresh(one).position
         sample, _ = until(one, lambda s: s.fault, hold([wrong, *start[1:]]))
         assert sample.fault.startswith(f"a command was not sent: joint1 at {wrong:g} rad is count")

@@ -11,28 +11,20 @@ from ...parts.controllers.servo_parts import (
     SETTINGS,
     TURN,
     arm,
+    armed,
     counting,
     driver,
     fresh,
     hold,
-    peer,
+    module_peer,
     send_only,
     servo,
     still,
     until,
 )
 
-
-@pytest.fixture(scope="module")
-def moving():
-    with peer("feetech") as one:
-        yield one
-
-
-@pytest.fixture(scope="module")
-def mirroring():
-    with peer("feetech", "--mirror") as one:
-        yield one
+moving = module_peer("feetech")
+mirroring = module_peer("feetech", "--mirror")
 
 
 @pytest.fixture
@@ -58,9 +50,7 @@ def test_servos_are_found_and_nobody_claims_that_they_stop_by_themselves(servos)
 
 
 def test_the_arm_follows_and_reports_position_velocity_and_current(servos):
-    with driver("feetech", servos) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("feetech", servos)) as one:
         start = still(one)
         samples = []
         for number in range(300):
@@ -73,9 +63,7 @@ def test_the_arm_follows_and_reports_position_velocity_and_current(servos):
 
 
 def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
-    with counting("feetech", mirrors) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("feetech", mirrors)) as one:
         checked = 0
         for number in range(-100, 100):
             if number in (-80, 10):
@@ -89,9 +77,7 @@ def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
 
 
 def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
-    with counting("feetech", mirrors) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("feetech", mirrors)) as one:
         for number in range(60):
             if number % 6 == 0:
                 send_only(mirrors, f"babble {1 + 7 * number}")
@@ -100,9 +86,7 @@ def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
 
 
 def test_an_alarm_on_which_a_servo_gives_way_is_a_fault_and_another_an_event(mirrors):
-    with counting("feetech", mirrors) as one:
-        one.open()
-        one.arm_drives()
+    with armed(counting("feetech", mirrors)) as one:
         fresh(one)
         send_only(mirrors, f"error {servo(1)} 1")
         sample, events = until(one, lambda s: s.events)
@@ -113,9 +97,7 @@ def test_an_alarm_on_which_a_servo_gives_way_is_a_fault_and_another_an_event(mir
 
 
 def test_a_quick_stop_holds_and_off_switches_torque_off(servos):
-    with driver("feetech", servos) as one:
-        one.open()
-        one.arm_drives()
+    with armed(driver("feetech", servos)) as one:
         start = fresh(one).position
         for number in range(50):
             one.exchange(hold(start + 0.001 * number))

@@ -180,9 +180,8 @@ def test_an_effect_without_a_form_is_left_out_and_named():
     effect = default("viscous_friction")
 
     class Stepped(type(effect)):
-        @property
-        def formula(self):
-            return super().formula._replace(function=lambda q, dq, *_: (1.0 if dq > 0.0 else -1.0,))
+        def profiles(self, at):
+            return (1.0 if at.velocity > 0.0 else -1.0,)
 
     arm = Model(six_axis(), (default("link_inertia"), Stepped()))
     dynamics = writable(Dynamics.of(arm, np.ones(len(arm.names))))

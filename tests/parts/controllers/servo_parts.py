@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from exidyn.drivers import Arm, Command, create
 
@@ -27,6 +28,17 @@ def arm(joints=JOINTS):
 def peer(kind, *arguments, **options):
     TERMINALS.require()
     return Peer(f"{kind}_bus.py", *arguments, **options)
+
+
+def module_peer(kind, *arguments):
+    """A fixture of the peer, which runs as long as the tests of a module."""
+
+    @pytest.fixture(scope="module")
+    def process():
+        with peer(kind, *arguments) as running_peer:
+            yield running_peer
+
+    return process
 
 
 @contextmanager
@@ -55,6 +67,13 @@ def driver(kind, peer, **settings):
 def counting(kind, peer, **settings):
     """A driver whose positions are counts of the servos."""
     return driver(kind, peer, **{"gear": 1.0, "sign": 1, "zero": 0, "cycle": 0.004} | settings)
+
+
+def armed(driver):
+    """The driver, opened and armed."""
+    driver.open()
+    driver.arm_drives()
+    return driver
 
 
 def send_only(peer, line):
