@@ -124,14 +124,15 @@ def _absorbed(result: SearchResult, freely: SearchResult) -> list[Selected]:
 
 
 def _restores(result: SearchResult, finding: Selected, free: Prediction) -> bool:
-    """Whether bodies as described fit nearly as well as free bodies with a finding, and not without it."""
+    """Whether a joint of a finding fits nearly as well as with free bodies, and by far not without it."""
     others = [other for other in result.selected if other is not finding]
-    joint = finding.answer.joint
+    own = finding.answer.columns.joints
     without, with_it, freely = (
-        _residual(prediction)[joint] ** 2
+        _residual(prediction)[own] ** 2
         for prediction in (result.problem.prediction(answers_of(others)), result.prediction, free)
     )
-    return bool(without - with_it >= RESTORED * (without - freely) > 0.0)
+    explained, more = without - with_it, without - freely
+    return bool(np.any((without > ALIKE**2 * with_it) & (explained >= RESTORED * more)))
 
 
 def _residual(prediction: Prediction) -> np.ndarray:
