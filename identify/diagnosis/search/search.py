@@ -18,7 +18,7 @@ from .held_out import proven, shown_by_held_out
 from .objective import advantage
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
-from .selected import Selected, answers_of, credible, keys_of, odds_of
+from .selected import Selected, answers_of, keys_of, odds_of
 from .simpler import simplest
 
 PASSES = 6
@@ -152,24 +152,20 @@ def _rechosen(
     shapes: Shapes,
     out: set[object],
 ) -> list[Selected]:
-    """Each finding in its best shape given all others, or replaced by a rival; removed if none is credible.
+    """Each finding replaced by the most probable hypothesis given all others; removed if none is credible.
 
-    Findings on whose joints nothing has changed since they were chosen stay. Rivals are asked again only if
-    the first choice did not exclude them.
+    Findings on whose joints nothing has changed since they were chosen stay.
     """
     with_all = problem.prediction(answers_of(selected))
     for finding in list(selected):
-        if not np.any(seeing(finding.answer) & changed) or finding.once:
+        unchanged = not np.any(seeing(finding.answer) & changed)
+        if unchanged or finding.once or not (finding.others or finding.answer.candidate.bounds):
             continue
         place, others = selected.index(finding), [other for other in selected if other is not finding]
         prediction = problem.prediction(answers_of(others), with_all)
         answer = with_refined_shape(problem, prediction, finding.answer)
         shapes[answer.candidate.key] = answer
-        if finding.not_excluded:
-            chosen = _most_probable(problem, prediction, others, answer, total, shapes, out)
-        else:
-            odds = odds_of(answer, total)
-            chosen = finding._replace(answer=answer, odds=odds) if credible(odds, finding) else None
+        chosen = _most_probable(problem, prediction, others, answer, total, shapes, out)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
 
