@@ -3,13 +3,14 @@
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from scipy.spatial import ConvexHull
 
 from exidyn.identification.model import Model
 from exidyn.trajectories.clearances.region import HalfSpace
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Curve, nominal_torque, violations
 from exidyn.trajectories.plans.plan_page import plan_curves
-from exidyn.trajectories.plans.plan_space import Space, hull_mesh
+from exidyn.trajectories.plans.plan_space import Space
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.trajectory import unit_of
 
@@ -63,7 +64,7 @@ def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
             entity("share", curve.use.name),
             f"{curve.use.name} [% of limit]",
             legend=place == 0,
-            axis_y=rrb.ScalarAxis(range=_percents(curve)),
+            axis_y=rrb.ScalarAxis(range=(-(most := 110.0 * float(np.nanmax(curve.use.share, initial=1.0))), most)),
         )
         for place, curve in enumerate(curves)
     ]
@@ -72,12 +73,6 @@ def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
     words = rrb.TextDocumentView(origin="summary", name="summary")
     beside = rrb.Vertical(arm_view(model), words, row_shares=[3, 2])
     return screen(rrb.Horizontal(tabs, beside, column_shares=[1, 1]), play_state=None)
-
-
-def _percents(curve: Curve) -> tuple[float, float]:
-    """Axis range [% of limit] with both limits and all values."""
-    largest = float(np.nanmax(curve.use.share, initial=1.0))
-    return -110.0 * largest, 110.0 * largest
 
 
 def _quantity_tab(plan: Plan, curve: Curve) -> rrb.Container:
@@ -118,7 +113,7 @@ def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) 
 def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
     """Log the path of the flange as a line, and obstacles and walls as meshes, in the base frame."""
     size = float(np.max(np.abs(space.path), initial=reach(model)))
-    meshes = {name: hull_mesh(points) for name, points in space.solids}
+    meshes = {name: (points, ConvexHull(points).simplices) for name, points in space.solids}
     meshes |= {wall.name: _square(wall, size) for wall in space.walls}
     for name, (points, triangles) in meshes.items():
         solid = name in dict(space.solids)

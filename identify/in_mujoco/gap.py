@@ -37,8 +37,7 @@ from .servo_changes import ServoChange
 from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
 from .servo_torque import with_servo_torque
 from .solver_friction import with_solver_friction
-from .trial import Source, Trial
-from .unloaded import require_unloaded, simulated_runs
+from .trial import Source, Trial, require_unloaded, simulated_runs
 
 SERVOS = "servos of the file (gains, limits, delays of commands)"
 
