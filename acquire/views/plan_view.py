@@ -64,7 +64,7 @@ def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
             entity("share", curve.use.name),
             f"{curve.use.name} [% of limit]",
             legend=place == 0,
-            axis_y=rrb.ScalarAxis(range=(-(most := 110.0 * float(np.nanmax(curve.use.share, initial=1.0))), most)),
+            axis_y=rrb.ScalarAxis(range=_percents(curve)),
         )
         for place, curve in enumerate(curves)
     ]
@@ -73,6 +73,12 @@ def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
     words = rrb.TextDocumentView(origin="summary", name="summary")
     beside = rrb.Vertical(arm_view(model), words, row_shares=[3, 2])
     return screen(rrb.Horizontal(tabs, beside, column_shares=[1, 1]), play_state=None)
+
+
+def _percents(curve: Curve) -> tuple[float, float]:
+    """Axis range [% of limit] with both limits and all values."""
+    largest = float(np.nanmax(curve.use.share, initial=1.0))
+    return -110.0 * largest, 110.0 * largest
 
 
 def _quantity_tab(plan: Plan, curve: Curve) -> rrb.Container:
