@@ -27,9 +27,8 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
-from .answer import Answer, attached, file_alone, friction, with_drive_gains
+from .answer import Answer, DriveGains, attached, drive_gains, file_alone, friction, with_drive_gains
 from .distances import Distances, horizons_of
-from .drive_gains import DriveGains, drive_gains
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
 from .replay import POSITION, TORQUE, Run, what_is_commanded
