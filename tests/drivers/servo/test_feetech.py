@@ -76,15 +76,6 @@ def test_every_fresh_sample_is_of_its_own_cycle_on_both_sides_of_zero(mirrors):
         assert checked > 50
 
 
-def test_noise_on_the_line_raises_nothing_and_passes(mirrors):
-    with armed(counting("feetech", mirrors)) as one:
-        for number in range(60):
-            if number % 6 == 0:
-                send_only(mirrors, f"babble {1 + 7 * number}")
-            one.exchange(hold(np.zeros(6)))
-        assert (fresh(one, hold(np.zeros(6))).position == 0.0).all()
-
-
 def test_an_alarm_on_which_a_servo_gives_way_is_a_fault_and_another_an_event(mirrors):
     with armed(counting("feetech", mirrors)) as one:
         fresh(one)
