@@ -15,9 +15,8 @@ from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_motors
 from exidyn.identification.file_names import read_failure
 from exidyn.identification.fit.fit_file import write_fit
-from exidyn.identification.in_mujoco.answer import Answer
+from exidyn.identification.in_mujoco.answer import Answer, DriveGains
 from exidyn.identification.in_mujoco.distances import Distances
-from exidyn.identification.in_mujoco.drive_gains import DriveGains
 from exidyn.identification.in_mujoco.gap import Gap, gap
 from exidyn.identification.in_mujoco.ladder import Stage
 from exidyn.identification.in_mujoco.replay import POSITION, TORQUE

@@ -18,10 +18,17 @@ from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Group, Option, number
-from ..arguments.controllers import read_controller
 from ..arguments.exit_codes import DONE, WRONG
 from ..arguments.options import BODY, JSON, output_option, robot_option
-from ..arguments.run_options import DRIVING, STOPS, payload_of, require_mock, run_facts, stop_limits
+from ..arguments.run_options import (
+    DRIVING,
+    STOPS,
+    payload_of,
+    read_controller,
+    require_mock,
+    run_facts,
+    stop_limits,
+)
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.effort import FlangeTravel, flange_travel

@@ -23,7 +23,6 @@ from exidyn.trajectories.plans.plan_limits import within
 from exidyn.trajectories.plans.plan_summary import run_cost
 
 from ..arguments.command import Command, Group, Option, name_lines
-from ..arguments.controllers import read_controller
 from ..arguments.options import (
     BODY,
     CELL,
@@ -40,6 +39,7 @@ from ..arguments.run_options import (
     STOPS,
     check_duration,
     payload_of,
+    read_controller,
     require_mock,
     run_facts,
     stop_limits,

@@ -16,7 +16,6 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Group, Option, positive, print_warning
-from ..arguments.controllers import CONTROLLER, read_controller
 from ..arguments.options import (
     ALARMS_PER_HOUR,
     FREE,
@@ -25,6 +24,7 @@ from ..arguments.options import (
     require_apart,
     robot_option,
 )
+from ..arguments.run_options import CONTROLLER, read_controller
 from ..run.arms import make_driver, standing_arm
 from ..run.listener import Listener, Reading
 from ..run.stopping.stop import StopRequests

@@ -191,19 +191,15 @@ class Case(NamedTuple):
     runs: list[tuple[str, Recording]]  # role and recording of each run
 
 
-def _is_robot(source: str) -> bool:
-    """Whether the source is a robot: a robot file or a built-in name."""
-    path = Path(source)
-    return source in builtin_names() or path.suffix in (".toml", *ENDINGS)
-
-
 def recorded_case(args: argparse.Namespace) -> Case:
     """The robot and the runs of a command line; without a robot, the robot in the recordings.
 
     Raises:
         RecordingError: If there are no runs.
     """
-    model = read_model(args.sources[0]) if _is_robot(args.sources[0]) else None
+    first = args.sources[0]
+    is_robot = first in builtin_names() or Path(first).suffix in (".toml", *ENDINGS)
+    model = read_model(first) if is_robot else None
     runs = [
         (recording.settings.get("role") or ROLE, recording)
         for source in args.sources[0 if model is None else 1 :]

@@ -65,7 +65,9 @@ def read_material(
     fits = [_fitted(*pair, recordings, progress) for pair in read if pair[0].resolve() not in beside]
     added = diagnosis is not None and bool(diagnosis.diagnosis.findings)
     improved = [
-        _improved(*pair, recordings, progress) for pair in read if added and pair[0].resolve() in beside
+        _fitted(*pair, recordings, progress, improved=True)
+        for pair in read
+        if added and pair[0].resolve() in beside
     ]
     counts = {kind: len(paths[kind]) for kind in KINDS} | {RECORDING: len(recordings)}
     return Material(
@@ -95,19 +97,17 @@ def _recordings(paths: Sequence[Path], loaded: Sequence[PayloadRun], model: Mode
     return renamed(recordings)
 
 
-def _fitted(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
-    """A fit's prediction of the runs, and the prediction with nominal values."""
+def _fitted(
+    path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress, improved: bool = False
+) -> Fitted:
+    """A fit's prediction of the runs, and the prediction with nominal values unless it has findings."""
     _report_stage(path, recordings, progress)
     prediction = predicted(fit, recordings)
+    if improved:
+        return Fitted("Fit with findings", prediction, improved=True)
     if fit.unscaled:  # nominal values are in other units
         return Fitted("Fit", prediction)
     return Fitted("Fit", prediction, predicted(as_nominal(fit), recordings))
-
-
-def _improved(path: Path, fit: Fit, recordings: Sequence[Recording], progress: Progress) -> Fitted:
-    """The prediction of the fit with the findings of the diagnosis beside it."""
-    _report_stage(path, recordings, progress)
-    return Fitted("Fit with findings", predicted(fit, recordings), improved=True)
 
 
 def _report_stage(path: Path, recordings: Sequence[Recording], progress: Progress) -> None:

@@ -1,6 +1,5 @@
 """Joint positions in the units that a person reads: degrees (revolute) or millimeters (prismatic)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,8 +44,3 @@ class JointUnits:
         """Position limits of a joint without unit; empty if it has none."""
         ends = [self.scale[joint] * end[joint] for end in (self.lower, self.upper)]
         return f"{fixed(ends[0], 1)} to {fixed(ends[1], 1)}" if np.isfinite(ends).any() else ""
-
-
-def one_unit(units: Sequence[str]) -> str:
-    """The common unit of all joints, or each joint's unit separated by slashes."""
-    return units[0] if len(set(units)) == 1 else "/".join(units)

@@ -13,7 +13,7 @@ from exidyn.quoting import json_text, visible
 
 from ..run.listener import Reading
 from ..screen import beneath
-from .joint_units import JointUnits, one_unit
+from .joint_units import JointUnits
 from .json_output import plain
 
 SHOWN = {
@@ -120,7 +120,8 @@ def line(
 ) -> str:
     """A reading as one line, for a file or another program."""
     shown = [units.scale[k] * reading.position[k] for k in range(len(units.joints))]
-    parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {one_unit(units.units)}"]
+    unit = units.units[0] if len(set(units.units)) == 1 else "/".join(units.units)
+    parts = [f"{seconds:.1f} s", f"position {_several(shown, 2)} {unit}"]
     for name, (_, unit, places) in SHOWN.items():
         if name in info.signals:
             parts.append(f"{name} {_several(getattr(reading, name), places)} {unit}")

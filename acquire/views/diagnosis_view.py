@@ -8,7 +8,7 @@ from exidyn.identification.arm.newton_euler import link_frames
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
-from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.document.text import section_markdown
 from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown

@@ -8,7 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from exidyn.identification.arm.robot import Robot
-from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.document.text import section_markdown
 from exidyn.identification.fit.agreement import Agreement
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.pages.fit_document import fit_sections

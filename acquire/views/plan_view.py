@@ -3,13 +3,14 @@
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from scipy.spatial import ConvexHull
 
 from exidyn.identification.model import Model
 from exidyn.trajectories.clearances.region import HalfSpace
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Curve, nominal_torque, violations
 from exidyn.trajectories.plans.plan_page import plan_curves
-from exidyn.trajectories.plans.plan_space import Space, hull_mesh
+from exidyn.trajectories.plans.plan_space import Space
 from exidyn.trajectories.plans.plan_summary import summary
 from exidyn.trajectories.trajectory import unit_of
 
@@ -118,7 +119,7 @@ def _log_joint(stream: rr.RecordingStream, curve: Curve, joint: int, name: str) 
 def _log_space(stream: rr.RecordingStream, model: Model, space: Space) -> None:
     """Log the path of the flange as a line, and obstacles and walls as meshes, in the base frame."""
     size = float(np.max(np.abs(space.path), initial=reach(model)))
-    meshes = {name: hull_mesh(points) for name, points in space.solids}
+    meshes = {name: (points, ConvexHull(points).simplices) for name, points in space.solids}
     meshes |= {wall.name: _square(wall, size) for wall in space.walls}
     for name, (points, triangles) in meshes.items():
         solid = name in dict(space.solids)

@@ -246,6 +246,7 @@ class JointEffect(Effect):
         joints: Names of the joints on which it acts; None for all.
         dry: Whether each parameter is the dry friction of a joint [N m], which changes its sign at rest.
         moved_by: Parts of the motion (position, velocity, acceleration) on which the columns depend.
+        coefficients: Letters, unit and minimum of each parameter of a joint, as `on_each` takes them.
     """
 
     joints: tuple[str, ...] | None = None
@@ -253,6 +254,10 @@ class JointEffect(Effect):
     massless: ClassVar[bool] = True
     dry: ClassVar[bool] = False
     moved_by: ClassVar[tuple[str, ...]] = MOVED_BY
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = ()
+
+    def parameters(self, robot: Robot) -> list[Parameter]:
+        return self.on_each(robot, *self.coefficients)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         """Torque per unit of each parameter of a joint, if it depends only on the state of that joint.

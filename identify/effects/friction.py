@@ -24,12 +24,10 @@ class ViscousFriction(JointEffect):
     guessed: ClassVar[bool] = True
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("Fv", "N m s/rad", 0.0),)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         return (at.velocity,)
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Fv", "N m s/rad", 0.0))
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
         return self.terms(robot, damping=values)
@@ -126,13 +124,11 @@ class StribeckFriction(JointEffect):
 
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("Fs", "N m", 0.0),)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         decay = _decay(at.velocity, self.fade, self.exponent)
         return (smooth_sign(at.velocity, self.reversal) * decay,)
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Fs", "N m", 0.0))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         v, decay = motion.velocity, _decay(motion.velocity, self.fade, self.exponent)
@@ -158,12 +154,10 @@ class NonlinearViscousFriction(JointEffect):
 
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("Fn", "N m", 0.0),)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         return (np.sign(at.velocity) * np.abs(at.velocity) ** self.exponent,)
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Fn", "N m", 0.0))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = self.profiles(motion)[0] * np.log(np.maximum(np.abs(motion.velocity), TINY))
@@ -178,12 +172,10 @@ class CurrentOffset(JointEffect):
     linear: ClassVar[bool] = True
     guessed: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ()
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("Off", "N m"),)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         return (0.0 * at.velocity + 1.0,)
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Off", "N m"))
 
     def portable(self, robot: Robot, values: np.ndarray) -> JointTerms:
         return self.terms(robot, constant=values)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import JointEffect, shape
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,7 @@ class Hysteresis(JointEffect):
     presliding: float = shape(3e-4, "rad", 1e-5, 3e-2)
 
     pointwise: ClassVar[bool] = False
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Fh", "N m", 0.0))
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("Fh", "N m", 0.0),)
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         return self.on_joints(robot, self._state(robot, motion)[0])

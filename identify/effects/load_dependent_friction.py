@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from .effect import JointEffect, Parameter, shape
+from .effect import JointEffect, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
@@ -36,12 +36,10 @@ class LoadDependentFriction(JointEffect):
 
     needs_load: ClassVar[bool] = True
     greased: ClassVar[bool] = True
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("mu", "1", 0.0),)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         return (smooth_sign(at.velocity, self.reversal) * _pressed(at.load, self.preload),)
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("mu", "1", 0.0))
 
     def shape_derivatives(self, robot: Robot, motion: Motion) -> dict[str, np.ndarray]:
         slope = smooth_sign_by_reversal(motion.velocity, self.reversal) * _pressed(motion.load, self.preload)

@@ -80,9 +80,7 @@ class RotorInertia(JointEffect):
     linear: ClassVar[bool] = True
     massless: ClassVar[bool] = False
     moved_by: ClassVar[tuple[str, ...]] = ("acceleration",)
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Ia", "kg m^2", 0.0))
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (("Ia", "kg m^2", 0.0),)
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         return (at.acceleration,)

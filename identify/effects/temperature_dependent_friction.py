@@ -8,7 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..errors import NotRecorded
-from .effect import JointEffect, Parameter, shape
+from .effect import JointEffect, shape
 from .smooth_sign import smooth_sign, smooth_sign_by_reversal
 
 
@@ -31,13 +31,14 @@ class TemperatureDependentFriction(JointEffect):
 
     guessed: ClassVar[bool] = True
     needs_temperature: ClassVar[bool] = True
+    coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = (
+        ("Fvt", "N m s/rad/K"),
+        ("Fct", "N m/K"),
+    )
 
     def profiles(self, at: Any) -> tuple[Any, ...]:
         warmth = at.temperature - self.reference
         return at.velocity * warmth, smooth_sign(at.velocity, self.reversal) * warmth
-
-    def parameters(self, robot: Robot) -> list[Parameter]:
-        return self.on_each(robot, ("Fvt", "N m s/rad/K"), ("Fct", "N m/K"))
 
     def regressor(self, robot: Robot, motion: Motion) -> np.ndarray:
         self._require_temperature(robot, motion)

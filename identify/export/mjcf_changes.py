@@ -13,10 +13,9 @@ from ..errors import RobotError
 from ..model import Model
 from ..robot_files.mjcf import Part
 from ..robot_files.mjcf_names import disabled, name_of
-from .mjcf_elements import Elements
 from .portable import Portable
 from .spread import Spread, changed_by
-from .xml_text import Edits
+from .xml_text import Edits, Elements
 
 TERMS = {
     "armature": ("armature", "kg m^2"),

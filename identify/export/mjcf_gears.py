@@ -18,8 +18,7 @@ from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_names import joint_name, turns
 from .mjcf_changes import DIGITS, Change
-from .mjcf_elements import Elements
-from .xml_text import Edits, Tag, read_tags
+from .xml_text import Edits, Elements, Tag, read_tags
 
 TWIST = "{}_twist"
 """Name of the second joint."""

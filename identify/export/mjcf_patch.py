@@ -17,12 +17,11 @@ from .left_out import left_out
 from .mjcf_bodies import body_changes
 from .mjcf_changes import Change, File, change_gravity, gravcomp_changes, joint_changes
 from .mjcf_dcmotors import kept_cogging, require_motors, write_motors
-from .mjcf_elements import Elements
 from .mjcf_same import accepted, described, held_in, require_same
 from .mjcf_servos import altered_damping, keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable
 from .spread import Spread
-from .xml_text import Edits, read_tags
+from .xml_text import Edits, Elements, read_tags
 
 FEATURES = ("bodies", "gravity", "armature", "damping", "dry", "stiffness", "uncertainty")
 

@@ -206,7 +206,7 @@ def _fit(file: FitFile, model: Model) -> Fit:
 def _estimate(
     file: FitFile, source: Any, values: Sequence[float], standard: Sequence[float] | None = None
 ) -> Estimate:
-    """Estimate with gains, covariance and noise of a file, or of its estimate before parameters went."""
+    """Estimate of a file, or the one before parameters were dropped, with these values (b,)."""
     return Estimate(
         method=file.method,
         values=np.array(values, float),

@@ -21,7 +21,7 @@ from ..preparation.prepare import Prepared
 from ..recordings.recording import Recording
 from .equations import Equations
 from .estimators import weighted
-from .estimators.block_scatter import FEWEST_BLOCKS
+from .estimators.covariance import FEWEST_BLOCKS
 from .run_parts import Part, run_parts
 
 FEWEST = 4

@@ -11,7 +11,7 @@ import numpy as np
 from ..preparation.prepare import Prepared
 from ..recordings.recording import Recording
 from .equations import Equations
-from .estimators.block_scatter import BLOCK, FEWEST_BLOCKS
+from .estimators.covariance import BLOCK, FEWEST_BLOCKS
 
 SHORTEST = FEWEST_BLOCKS * BLOCK
 """Least duration of a part [s]: shorter ones have no estimate of their scatter."""

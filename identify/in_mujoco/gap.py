@@ -27,9 +27,8 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
-from .answer import Answer, attached, file_alone, friction, with_drive_gains
+from .answer import Answer, DriveGains, attached, drive_gains, file_alone, friction, with_drive_gains
 from .distances import Distances, horizons_of
-from .drive_gains import DriveGains, drive_gains
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
 from .replay import POSITION, TORQUE, Run, what_is_commanded
@@ -37,8 +36,7 @@ from .servo_changes import ServoChange
 from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
 from .servo_torque import with_servo_torque
 from .solver_friction import with_solver_friction
-from .trial import Source, Trial
-from .unloaded import require_unloaded, simulated_runs
+from .trial import Source, Trial, require_unloaded, simulated_runs
 
 SERVOS = "servos of the file (gains, limits, delays of commands)"
 

@@ -14,8 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..export.mjcf_changes import DIGITS, TERMS, Change
-from ..export.mjcf_elements import Elements
-from ..export.xml_text import Edits, read_tags
+from ..export.xml_text import Edits, Elements, read_tags
 from ..fit.needed_changes import with_needed_changes
 from ..robot_files.mjcf import compile_mjcf
 from ..text_table import NORMAL_95

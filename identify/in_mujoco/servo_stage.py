@@ -8,7 +8,7 @@ import numpy as np
 from ..arm.servo_law import ServoLaw
 from ..diagnosis.runs.usable import HELD_OUT
 from ..errors import ExidynError
-from ..export.mjcf_law import with_servo_law
+from ..export.mjcf_controller import with_servo_law
 from ..fit.servo_fit import BLOCKS, ServoFit, identify_servos, identify_unscaled
 from ..fit.servo_runs import ServoRun
 from ..model import Model
@@ -24,8 +24,7 @@ from .replay import POSITION, Run
 from .servo_changes import DELAY, KP, KV, QUANTITIES, ServoChange, changed_law, delay_changes, servo_changes
 from .simulated_gains import with_simulated_delay, with_simulated_gains
 from .simulated_limits import with_simulated_limits
-from .trial import Source, Trial
-from .unloaded import simulated_runs
+from .trial import Source, Trial, simulated_runs
 
 HALVED = 0.5
 """Ratio of residual variances below which the file's rotor inertia is wrong: the law of friction leaves

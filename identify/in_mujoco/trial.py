@@ -1,4 +1,7 @@
-"""Trial: versions of the user's file, simulated with the commands of runs and compared with them."""
+"""Trial: versions of the user's file, simulated with the commands of runs and compared with them.
+
+The runs are those of the arm alone, since its file has no payload.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..diagnosis.runs.usable import HELD_OUT
+from ..errors import RecordingError
 from ..model import Model
+from ..preparation.prepare import Filtering
+from ..recordings.recording import Recording
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law
 from .distances import Distances, distances
@@ -59,3 +66,35 @@ class Trial:
         """Distances between the runs and the simulation of a version of the file."""
         with self.simulator(text, arm, attach) as simulator:
             return distances(simulator, self.model.robot, self.runs)
+
+
+def require_unloaded(recordings: Sequence[tuple[str, Recording]]) -> None:
+    """Check that runs can be simulated: some that are fitted, and some that judge.
+
+    Args:
+        recordings: Role and recording of each run.
+
+    Raises:
+        RecordingError: If no run without a payload is held out, or none is fitted.
+    """
+    if not any(role == HELD_OUT for role, _ in recordings):
+        raise RecordingError(
+            "no run is held out to decide which findings help: add one that is not fitted, --validate RUN"
+        )
+    for held_out, words in ((True, "held-out"), (False, "fitted")):
+        if not _unloaded(recordings, held_out):
+            raise RecordingError(
+                f"every {words} run carries a payload, which the file does not have: add a {words} run "
+                "without a payload"
+            )
+
+
+def simulated_runs(
+    recordings: Sequence[tuple[str, Recording]], filtering: Filtering, held_out: bool
+) -> tuple[Run, ...]:
+    """Held-out or fitted runs without a payload, prepared for replay."""
+    return tuple(Run.of(run, filtering) for run in _unloaded(recordings, held_out))
+
+
+def _unloaded(recordings: Sequence[tuple[str, Recording]], held_out: bool) -> list[Recording]:
+    return [run for role, run in recordings if (role == HELD_OUT) == held_out and run.payload is None]

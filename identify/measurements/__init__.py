@@ -1,12 +1,10 @@
-"""Effects between an arm and its recordings, with one file and one line in the table per kind."""
+"""Effects between an arm and its recordings, with one line in the table per kind."""
 
 from .backlash import Backlash
-from .current_clipping import CurrentClipping
-from .drive_gain_saturation import DriveGainSaturation
+from .currents import CurrentClipping, DriveGainSaturation, TimeDelay
 from .gear import Gear
 from .joint_elasticity import JointElasticity
 from .measurement import Measurement
-from .time_delay import TimeDelay
 
 MEASUREMENTS: dict[str, type[Measurement]] = {
     "time_delay": TimeDelay,

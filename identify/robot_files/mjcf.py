@@ -17,7 +17,7 @@ from .kinematics import Kinematics, Part, add_joint, body_doubts, check_center, 
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
 from .mjcf_drives import effect_rows, limits_of, motor_coupling, torque_limits
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
-from .mjcf_names import HOLD, disabled, following_joints, joint_name, name_of, single, turns
+from .mjcf_names import HOLD, disabled, joint_equalities, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
 from .urdf import FLANGES
 
@@ -61,7 +61,8 @@ def _content(path: Path) -> bytes:
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
     """Joints of an MJCF: joints that a model can have, and joints that have to be held."""
     model = compile_mjcf(path)
-    bound = following_joints(model) | {joint for joint in range(model.njnt) if not single(model, joint)}
+    bound = {follower for _, follower, leader in joint_equalities(model) if leader >= 0}
+    bound |= {joint for joint in range(model.njnt) if not single(model, joint)}
     free = [joint_name(model, joint) for joint in range(model.njnt) if joint not in bound]
     return free, [joint_name(model, joint) for joint in sorted(bound)]
 

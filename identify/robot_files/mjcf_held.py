@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..arm.robot import Held
 from ..errors import RobotError, UnknownJoint
-from .mjcf_names import enum_of, joint_equalities, joint_name, locked_joints, single, turns
+from .mjcf_names import enum_of, joint_equalities, joint_name, single, turns
 
 SIZES = {"mjJNT_FREE": 7, "mjJNT_BALL": 4, "mjJNT_SLIDE": 1, "mjJNT_HINGE": 1}
 """Kind of a joint -> count of its numbers in `qpos`."""
@@ -43,7 +43,8 @@ def held_positions(
     stated = {names.index(name): _stated(model, names.index(name), held[name], where) for name in held}
     resting = [joint for joint, name in enumerate(names) if moving is not None and name not in moving]
     positions = {joint: reference(model, joint) for joint in resting}
-    positions |= {joint: reference(model, joint) + away for joint, away in locked_joints(model).items()}
+    locked = [(e, joint) for e, joint, leader in joint_equalities(model) if leader < 0]
+    positions |= {joint: reference(model, joint) + float(model.eq_data[e][0]) for e, joint in locked}
     positions |= stated
     _follow(model, positions, stated)
     return positions

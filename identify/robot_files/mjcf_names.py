@@ -74,13 +74,3 @@ def joint_equalities(model: Any) -> list[tuple[int, int, int]]:
         for e, (type_, active, follower, leader) in enumerate(equalities)
         if type_ == kind and active
     ]
-
-
-def following_joints(model: Any) -> set[int]:
-    """Joints that follow another joint by an equality."""
-    return {follower for _, follower, leader in joint_equalities(model) if leader >= 0}
-
-
-def locked_joints(model: Any) -> dict[int, float]:
-    """Joints that an equality locks, and their distances from the reference position [rad, m]."""
-    return {joint: float(model.eq_data[e][0]) for e, joint, leader in joint_equalities(model) if leader < 0}

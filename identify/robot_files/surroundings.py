@@ -58,20 +58,15 @@ def read_surroundings(sources: Iterable[str | Path]) -> Surroundings:
         if str(source) in builtin_names() or is_description(Path(source)):
             continue
         table = parse_toml(read_text(Path(source)), str(source))
-        obstacles += _obstacles(table, Path(source))
+        rows = tables(table["obstacle"], "obstacle") if "obstacle" in table else []
+        for place, row in enumerate(rows):
+            obstacles.append(_obstacle(row, f"{source}: obstacle {place + 1}", Path(source).parent))
         regions += tables(table["region"], "region") if "region" in table else []
     names = [obstacle.name for obstacle in obstacles]
     for name in names:
         if names.count(name) > 1:
             raise RobotError(f"{names.count(name)} obstacles are called '{name}'; give each its own name")
     return Surroundings(tuple(obstacles), tuple(regions))
-
-
-def _obstacles(table: Mapping[str, Any], source: Path) -> list[Obstacle]:
-    rows = tables(table["obstacle"], "obstacle") if "obstacle" in table else []
-    return [
-        _obstacle(row, f"{source}: obstacle {place + 1}", source.parent) for place, row in enumerate(rows)
-    ]
 
 
 def _obstacle(row: Mapping[str, Any], where: str, folder: Path) -> Obstacle:

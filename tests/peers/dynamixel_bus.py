@@ -65,11 +65,11 @@ def unstuffed(data):
 class Dynamixels(ServoLine):
     """Their registers and instructions."""
 
-    def __init__(self, plant, cycle, baudrate, mirror, model, firmware, mode, return_delay, torque):
+    def __init__(self, plant, cycle, baudrate, mirror, mode, return_delay, torque):
         super().__init__(plant, cycle, GEARS["dynamixel"], baudrate, mirror)
         self.tables = [bytearray(256) for _ in self.ids]
         for servo, table in zip(self.ids, self.tables, strict=True):
-            struct.pack_into("<H4xBB", table, 0, model, firmware, servo)
+            struct.pack_into("<H4xBB", table, 0, 1030, 46, servo)
             table[DELAY], table[MODE], table[SHUTDOWN] = return_delay, mode, 0x34
             struct.pack_into("<ii", table, HIGH, 4095, 0)
         for place, _ in enumerate(self.tables):
@@ -234,8 +234,6 @@ def main():
     parser.add_argument("--baudrate", type=int, default=0)
     parser.add_argument("--mirror", action="store_true")
     parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
-    parser.add_argument("--model", type=int, default=1030)
-    parser.add_argument("--firmware", type=int, default=46)
     parser.add_argument("--mode", type=int, default=4)
     parser.add_argument("--return-delay", type=int, default=250)
     parser.add_argument("--torque", type=int, default=0)
@@ -243,9 +241,8 @@ def main():
     plant = make_plant(given.robot)
     schedule()
     line = Dynamixels(
-        plant, given.cycle, given.baudrate, given.mirror, given.model, given.firmware, given.mode,
-        given.return_delay, given.torque,
-    )  # fmt: skip
+        plant, given.cycle, given.baudrate, given.mirror, given.mode, given.return_delay, given.torque
+    )
     line.arm.pace.lockstep = given.lockstep
     line.run()
 

@@ -28,11 +28,11 @@ def with_sign(number):
 class Feetechs(ServoLine):
     """Their registers and instructions."""
 
-    def __init__(self, plant, cycle, gear, baudrate, mirror, mode, phase, return_delay, torque, limits):
+    def __init__(self, plant, cycle, gear, baudrate, mirror, mode, phase, return_delay, torque):
         super().__init__(plant, cycle, gear, baudrate, mirror)
         self.tables = [bytearray(128) for _ in self.ids]
         for servo, table in zip(self.ids, self.tables, strict=True):
-            struct.pack_into("<BBBHBBBBHH", table, 0, 3, 10, 0, 777, servo, 0, return_delay, 1, *limits)
+            struct.pack_into("<BBBHBBBBHH", table, 0, 3, 10, 0, 777, servo, 0, return_delay, 1, 0, 0)
             table[PHASE], table[UNLOADING], table[MODE] = phase, 0x2C, mode
         for place, _ in enumerate(self.tables):
             self.reboot(place)
@@ -143,13 +143,12 @@ def main():
     parser.add_argument("--phase", type=int, default=12)
     parser.add_argument("--return-delay", type=int, default=250)
     parser.add_argument("--torque", type=int, default=0)
-    parser.add_argument("--limits", type=int, nargs=2, default=(0, 0))
     given = parser.parse_args()
     plant = make_plant(given.robot, payload=given.payload)
     schedule()
     line = Feetechs(
         plant, given.cycle, given.gear, given.baudrate, given.mirror, given.mode, given.phase,
-        given.return_delay, given.torque, given.limits,
+        given.return_delay, given.torque,
     )  # fmt: skip
     line.arm.pace.lockstep = given.lockstep
     line.run()

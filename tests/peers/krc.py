@@ -100,7 +100,7 @@ class Controller:
         self.under_way, self.sensors = deque(maxlen=given.lag + 1), Sensors()
         self.furthest = 0.0
         self.noise = np.random.default_rng(given.seed)
-        self.ipoc = given.ipoc
+        self.ipoc = 4208163634
         self.total = Counter()
         self.rejected = Counter()
         self.worst = 0
@@ -135,7 +135,6 @@ class Controller:
             timeout=self.given.timeout,
             speed=1.1 * np.degrees(self.robot.limits.velocity),
             only_send=self.config.only_send,
-            eager=self.given.eager,
             relative=self.given.mode == "relative",
             linked=np.array(self.given.linked or np.ones(n)),
             outputs=exchanged(self.given.exchange, n),
@@ -317,7 +316,6 @@ def parser():
     parser.add_argument("--nested", action="store_true", help="put all into <Dat>")
     parser.add_argument("--precision", type=int, default=4)
     parser.add_argument("--timeout", type=int, default=100, help="cycles")
-    parser.add_argument("--eager", action="store_true", help="count them before the first answer too")
     parser.add_argument("--axiscorr", type=float, default=5.0)
     parser.add_argument("--axiscorrmon", type=float, default=6.0)
     parser.add_argument("--i-max", type=float, default=0.0, help="send currents in percent of this [A]")
@@ -333,7 +331,6 @@ def parser():
     )
     parser.add_argument("--runs", type=timed, default={}, metavar="CYCLE:SPEED", help="axis 2 [deg/s]")
     parser.add_argument("--mute", type=int, default=-1, metavar="CYCLE", help="no telegram from then on")
-    parser.add_argument("--ipoc", type=int, default=4208163634)
     for name in ("drop", "duplicate", "reorder", "restart"):
         parser.add_argument(f"--{name}", default="", metavar="3,7-9", help="cycles")
     for name in ("delay", "stall", "jump"):

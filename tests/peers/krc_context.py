@@ -29,7 +29,6 @@ class Context:
     timeout: int
     speed: np.ndarray
     only_send: bool = False
-    eager: bool = False
     relative: bool = False
     linked: np.ndarray | float = 1.0
     outputs: tuple[int, ...] = ()
@@ -90,7 +89,7 @@ class Context:
         return self._apply(raw)
 
     def _unanswered(self) -> np.ndarray:
-        if self.answered or self.eager:
+        if self.answered:
             self.late += 1
             self.delay += 1
             self.worst = max(self.worst, self.delay)

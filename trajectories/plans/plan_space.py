@@ -47,14 +47,10 @@ def space_of(
     bounded = [obstacle for obstacle in obstacles if obstacle.kind != "plane"]
     solids = tuple((obstacle.name, outline_points(obstacle)) for obstacle in bounded)
     walls = [wall for region in clearances if isinstance(region, Region) for wall in region.walls]
-    walls += [wall_of(obstacle) for obstacle in obstacles if obstacle.kind == "plane"]
+    for plane in (obstacle for obstacle in obstacles if obstacle.kind == "plane"):
+        normal = plane.placement.rotation @ np.array(plane.shape.n)
+        walls.append(HalfSpace(-normal, -float(normal @ plane.placement.translation), plane.name))
     return Space(np.array(points), solids, tuple(walls))
-
-
-def wall_of(plane: Obstacle) -> HalfSpace:
-    """Half-space on the free side of a plane."""
-    normal = plane.placement.rotation @ np.array(plane.shape.n)
-    return HalfSpace(-normal, -float(normal @ plane.placement.translation), plane.name)
 
 
 def outline_points(obstacle: Obstacle) -> np.ndarray:
@@ -72,11 +68,6 @@ def outline_points(obstacle: Obstacle) -> np.ndarray:
             rings = tuple(np.roll(circle, turn, axis=1) for turn in range(3))
         points = np.concatenate(rings)
     return points @ obstacle.placement.rotation.T + obstacle.placement.translation
-
-
-def hull_mesh(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points, shape (k, 3) [m], and the triangles of their convex hull, shape (m, 3)."""
-    return points, ConvexHull(points).simplices
 
 
 def space_figures(space: Space) -> list[Figure]:

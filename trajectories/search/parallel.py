@@ -141,12 +141,7 @@ def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: floa
     with _begun.get_lock():
         _begun.value = _begun.value or time.monotonic()
     remaining = _begun.value + seconds - time.monotonic()
-    return work(*task, max(remaining, 0.0) / rounds, _stop_requested)
-
-
-def _stop_requested() -> bool:
-    """Whether this process was requested to end."""
-    return bool(_stopping.is_set())
+    return work(*task, max(remaining, 0.0) / rounds, lambda: bool(_stopping.is_set()))
 
 
 def report(value: Any) -> None:

@@ -2,9 +2,8 @@
 
 from .compressed import Estimate, Estimator
 from .consistent import consistent
-from .drive_gains import maximum_likelihood
+from .drive_gains import literal, maximum_likelihood
 from .least_squares import weighted
-from .literal import literal
 
 ESTIMATORS: dict[str, Estimator] = {
     "weighted": weighted,

@@ -2,7 +2,7 @@ import re
 
 import pytest
 
-from exidyn.acquire.arguments.controllers import read_controller
+from exidyn.acquire.arguments.run_options import read_controller
 from exidyn.drivers.errors import BadSettings
 
 pytestmark = pytest.mark.clocked

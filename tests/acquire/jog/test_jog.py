@@ -303,21 +303,16 @@ def test_a_kuka_axis_that_turns_against_its_joint_is_wrong(tmp_path, capsys):
     assert FRICTION in wrong(text)
 
 
-def test_drives_on_can_are_right_and_a_current_of_the_other_sign_is_not(tmp_path, capsys):
-    code, text, peer = jog_on("canopen_402", tmp_path, capsys, 3, "--degrees", 4)
-    assert code == DONE
-    assert list(verdicts(text).values())[:3] == ["right"] * 3
+def test_drives_on_can_and_servos_are_right_and_a_current_of_the_other_sign_is_not(tmp_path, capsys):
+    for driver in ("dynamixel", "canopen_402"):
+        code, text, peer = jog_on(driver, tmp_path, capsys, 3, "--degrees", 4)
+        assert code == DONE
+        assert list(verdicts(text).values())[:3] == ["right"] * 3
     assert peer.printed("enabled")
     nominal = robot_with(drive_gain=-ROBOT.drive_gain)
     code, text, _ = jog_on("canopen_402", tmp_path, capsys, 3, "--degrees", 4, "--robot", nominal)
     assert code == WRONG
     assert FRICTION in wrong(text)
-
-
-def test_servos_are_right(tmp_path, capsys):
-    code, text, _ = jog_on("dynamixel", tmp_path, capsys, 3, "--degrees", 4)
-    assert code == DONE
-    assert list(verdicts(text).values())[:3] == ["right"] * 3
 
 
 def test_torque_of_motors_that_is_none_is_seen(tmp_path, capsys):

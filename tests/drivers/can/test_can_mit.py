@@ -7,17 +7,11 @@ import pytest
 from exidyn.drivers import Command, Driver, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
-from ...parts.controllers.can_peers import ARM, command, follow, motors, standing, until_fault
+from ...parts.controllers.can_peers import ARM, armed, command, follow, motors, standing, until_fault
 from ...peers.can_arm import MASTER, mit_settings, multicast
 
 STEP = 25.0 / 65535.0
 """Of position in a frame [rad]."""
-
-
-def armed(driver):
-    driver.open()
-    driver.arm_drives()
-    return standing(driver)
 
 
 def test_the_arm_follows_and_its_units_are_ours():

@@ -7,14 +7,8 @@ import pytest
 from exidyn.drivers import Driver, StopLevel, create, explain
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 
-from ...parts.controllers.can_peers import ARM, command, drives, follow, standing, until_fault
+from ...parts.controllers.can_peers import ARM, armed, command, drives, follow, standing, until_fault
 from ...peers.can_arm import canopen_settings, multicast
-
-
-def armed(driver):
-    driver.open()
-    driver.arm_drives()
-    return standing(driver)
 
 
 def listen(driver, cycles):

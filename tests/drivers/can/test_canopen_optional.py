@@ -1,5 +1,7 @@
 """Driver canopen_402 and drives that lack one object: it is done without, or refused in one line."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -27,24 +29,21 @@ def warnings_of_joint2(info):
     return [text for text in info.warnings if "joint2" in text and "history" not in text]
 
 
-@pytest.mark.parametrize(
-    "missing",
-    ["0x1003:0", "0x1005:0", "0x1006:0", "0x1008:0", "0x1018:4", "0x1402:1", "0x1801:1", "0x603F:0",
-     "0x6065:0", "0x6066:0", "0x6076:0", "0x6077:0", "0x607D:1", "0x6502:0"],
-)  # fmt: skip
-def test_what_is_informative_or_not_asked_for_may_be_missing(missing):
-    with drives("--without", f"2:{missing}") as (_, driver):
-        info, samples = run(driver)
-        assert not warnings_of_joint2(info)
-        assert info.dead_man
-        assert samples
+INFORMATIVE = ["0x1003:0", "0x1005:0", "0x1006:0", "0x1008:0", "0x603F:0", "0x6502:0"]
+NOT_ASKED_FOR = ["0x1018:4", "0x1402:1", "0x1801:1", "0x6065:0", "0x6066:0", "0x6076:0", "0x6077:0"]
+"""Neither asked for nor needed by a run."""
 
 
 @pytest.mark.parametrize(
-    "withheld", ["0x1003:0", "0x1005:0", "0x1006:0", "0x1008:0", "0x1018:1", "0x603F:0", "0x6502:0"]
+    ("option", "place"),
+    [
+        *product(("--without", "--withhold"), INFORMATIVE),
+        *product(["--without"], [*NOT_ASKED_FOR, "0x607D:1"]),
+        ("--withhold", "0x1018:1"),
+    ],
 )
-def test_what_is_informative_may_be_there_and_show_nothing(withheld):
-    with drives("--withhold", f"2:{withheld}") as (_, driver):
+def test_what_is_informative_or_not_asked_for_may_be_missing_or_show_nothing(option, place):
+    with drives(option, f"2:{place}") as (_, driver):
         info, samples = run(driver)
         assert not warnings_of_joint2(info)
         assert info.dead_man

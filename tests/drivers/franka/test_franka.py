@@ -33,10 +33,6 @@ def controller(*arguments, patience=2000, **settings):
         yield peer, d
 
 
-def tell(peer, line):
-    peer.tell(line)
-
-
 def hold(driver):
     """Armed, and the command that holds it where it stands."""
     driver.open()
@@ -120,7 +116,7 @@ def test_every_error_has_the_name_that_libfranka_gives_it():
         driver.open_to_read()
         driver.exchange(None)
         for number, name in enumerate(ERRORS):
-            tell(peer, f"error {number}")
+            peer.tell(f"error {number}")
             end = time.monotonic() + 10.0
             while f"error is {name} ({number + 1})" not in driver.exchange(None).events:
                 assert time.monotonic() < end, name
@@ -142,7 +138,7 @@ def test_what_stops_the_arm_is_named_and_recorded_with_the_state(line, message, 
         command = hold(driver)
         assert exchanged(driver, command).fault == ""
         peer.wait_for("motion started")
-        tell(peer, line)
+        peer.tell(line)
         sample = until_fault(driver, command)
         assert re.search(message, sample.fault)
         assert len(sample.fault) < 290
@@ -154,12 +150,12 @@ def test_what_stops_the_arm_is_named_and_recorded_with_the_state(line, message, 
 
 def test_a_reflex_is_recovered_from_where_that_is_asked_for():
     with controller() as (peer, driver):
-        tell(peer, "reflex joint_reflex")
+        peer.tell("reflex joint_reflex")
         peer.wait_for("aborted")
         with pytest.raises(NotReady, match="joint_reflex"):
             driver.open()
     with controller(recover=True) as (peer, driver):
-        tell(peer, "reflex joint_reflex")
+        peer.tell("reflex joint_reflex")
         peer.wait_for("aborted")
         driver.open()
 
@@ -276,7 +272,7 @@ def test_a_controller_that_falls_silent_is_lost():
     with controller() as (peer, driver):
         command = hold(driver)
         exchanged(driver, command)
-        tell(peer, "hold 3")
+        peer.tell("hold 3")
         with pytest.raises(LinkLost, match="UDP receive|nothing from"):
             until_fault(driver, command)
 

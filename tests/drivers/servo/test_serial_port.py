@@ -30,45 +30,46 @@ def line():
             pass
 
 
-def test_bytes_go_both_ways(line):
-    master, name = line
-    port = SerialPort(name, 1_000_000, 5.0)
+@pytest.fixture
+def opened(line):
+    """Our end of a line, and a port at the other."""
+    port = SerialPort(line[1], 1_000_000, 5.0)
+    yield line[0], port
+    port.close()
+
+
+def test_bytes_go_both_ways(opened):
+    master, port = opened
     port.write(b"question")
     assert os.read(master, 100) == b"question"
     os.write(master, b"answer")
     assert port.read(6) == b"answer"
-    port.close()
 
 
-def test_a_read_takes_no_more_than_it_should_and_waits_for_bytes_that_come_in_pieces(line):
-    master, name = line
-    port = SerialPort(name, 1_000_000, 5.0)
+def test_a_read_takes_no_more_than_it_should_and_waits_for_bytes_that_come_in_pieces(opened):
+    master, port = opened
     os.write(master, b"abc")
     later = threading.Timer(0.02, os.write, (master, b"defgh"))
     later.start()
     assert port.read(6) == b"abcdef"
     later.join()
     assert port.waiting == 2
-    port.close()
 
 
-def test_a_read_that_meets_its_deadline_is_short(line):
-    master, name = line
-    port = SerialPort(name, 1_000_000, 5.0)
+def test_a_read_that_meets_its_deadline_is_short(opened):
+    master, port = opened
     port.set_patience(0.01)
     os.write(master, b"abc")
     assert port.read(6) == b"abc"
-    port.close()
 
 
-def test_what_nobody_wants_is_thrown_away(line):
-    master, name = line
-    port = SerialPort(name, 1_000_000, 0.01)
+def test_what_nobody_wants_is_thrown_away(opened):
+    master, port = opened
+    port.set_patience(0.01)
     os.write(master, b"abc")
     assert port.read(1) == b"a"
     assert port.drain() == 2
     assert port.drain() == 0
-    port.close()
 
 
 def test_a_port_that_is_not_there_is_reported_with_those_that_are():
@@ -118,9 +119,8 @@ def come(master, port, data):
 
 
 @pytest.mark.parametrize("direct", [True, False])
-def test_a_port_reports_whether_a_read_had_to_wait(line, direct):
-    master, name = line
-    port = SerialPort(name, 1_000_000, 5.0)
+def test_a_port_reports_whether_a_read_had_to_wait(opened, direct):
+    master, port = opened
     port._direct = direct  # not so on Windows
     come(master, port, b"abcdef")
     assert port.read(3) == b"abc"
@@ -141,14 +141,12 @@ def test_a_port_reports_whether_a_read_had_to_wait(line, direct):
     assert port.drain() == 3
     port.write(b"question")
     assert os.read(master, 100) == b"question"
-    port.close()
 
 
 @pytest.mark.parametrize("direct", [True, False])
-def test_all_bytes_of_a_long_packet_are_sent(line, direct, monkeypatch):
-    master, name = line
+def test_all_bytes_of_a_long_packet_are_sent(opened, direct, monkeypatch):
+    master, port = opened
     monkeypatch.setattr(serial_port, "WRITE_WITHIN", 60.0)
-    port = SerialPort(name, 1_000_000, 5.0)
     port._direct = direct
     packet = bytes(range(256)) * 256  # more than a terminal takes at once
     sender = threading.Thread(target=port.write, args=(packet,))
@@ -158,12 +156,10 @@ def test_all_bytes_of_a_long_packet_are_sent(line, direct, monkeypatch):
         came += os.read(master, 65536)
     sender.join()
     assert came == packet
-    port.close()
 
 
-def test_a_port_that_takes_nothing_is_not_waited_for(line):
-    _, name = line
-    port = SerialPort(name, 1_000_000, 0.1)
+def test_a_port_that_takes_nothing_is_not_waited_for(opened):
+    _, port = opened
+    port.set_patience(0.1)
     for _ in range(50):  # far more than a pseudo-terminal keeps
         port.write(bytes(1000))
-    port.close()

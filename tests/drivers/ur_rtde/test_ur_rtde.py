@@ -32,10 +32,6 @@ def controller(*arguments, series="cb3", **settings):
             yield peer, driver
 
 
-def tell(peer, line):
-    peer.tell(line)
-
-
 def hold(driver):
     """Armed, and the command that holds it where it stands."""
     driver.open()
@@ -90,7 +86,7 @@ def test_a_cycle_that_the_controller_does_not_keep_is_refused():
 def test_what_changes_between_opening_and_arming_is_seen():
     with controller() as (peer, driver):
         driver.open()
-        tell(peer, "slider 0.5")
+        peer.tell("slider 0.5")
         for _ in range(10):  # until it is in what the controller sends
             driver.exchange(None)
         with pytest.raises(NotReady, match="slider"):
@@ -119,7 +115,7 @@ def test_what_stops_the_arm_is_named_and_recorded_with_the_state(line, message):
     with controller() as (peer, driver):
         command = hold(driver)
         assert driver.exchange(command).fault == ""
-        tell(peer, line)
+        peer.tell(line)
         sample = until_fault(driver, command)
         assert re.search(message, sample.fault)
         state = dict(zip(STATE, sample.state, strict=True))
@@ -138,8 +134,8 @@ def test_messages_of_the_controller_and_changes_of_its_modes_are_events():
     with controller() as (peer, driver):
         driver.open()
         driver.exchange(None)
-        tell(peer, "say joint 3 is warm")
-        tell(peer, "protective")
+        peer.tell("say joint 3 is warm")
+        peer.tell("protective")
         end, events = Driver.clock.monotonic() + 10.0, []
         while Driver.clock.monotonic() < end and len(events) < 2:
             events += driver.exchange(None).events
@@ -176,7 +172,7 @@ def test_closing_ends_the_program():
 def test_a_connection_that_is_cut_is_lost_and_the_program_stops_the_arm():
     with controller(dead_man=0.2) as (peer, driver):
         command = hold(driver)
-        tell(peer, "cut")
+        peer.tell("cut")
         with pytest.raises(LinkLost, match="ended the connection|Broken|reset"):
             until_fault(driver, command)
         peer.wait_for("stopping")

@@ -19,8 +19,7 @@ from exidyn.identification.document.document import (
     Table,
 )
 from exidyn.identification.document.html import html
-from exidyn.identification.document.markdown import section_markdown
-from exidyn.identification.document.text import text
+from exidyn.identification.document.text import section_markdown, text
 from exidyn.identification.text_table import page_width, percent, table
 
 TABLE = Table(

@@ -64,22 +64,6 @@ def test_a_fit_has_all_parameters_from_before_some_were_dropped(path):
         assert (undropped.dropped, undropped.undropped) == ({}, undropped)
 
 
-def test_a_damaged_estimate_from_before_parameters_were_dropped_is_refused(path):
-    table = json.loads(path.read_text())
-    for key, damage in {
-        "values": lambda v: v[1:],
-        "covariance": lambda v: v[1:],
-        "drive_gain": lambda v: [0.0, 1.0],
-    }.items():
-        path.write_text(
-            json.dumps(
-                table | {"full_estimate": table["full_estimate"] | {key: damage(table["full_estimate"][key])}}
-            )
-        )
-        with pytest.raises(NotAFile, match=f"full_estimate.{key}"):
-            read_fit(path)
-
-
 def test_a_fit_that_dropped_nothing_and_standard_parameters_read_back(tmp_path):
     write_fit(plain_fit(), tmp_path / "fit.json")
     after = read_fit(tmp_path / "fit.json")
@@ -112,16 +96,6 @@ def test_a_cut_file_is_refused(path, share):
 def test_other_json_is_refused(path, text):
     path.write_text(text)
     with pytest.raises(NotAFile, match="not a fit of exidyn: it has no key 'exidyn_fit'"):
-        read_fit(path)
-
-
-def test_a_later_format_and_half_a_character_are_refused(path):
-    table = json.loads(path.read_text()) | {"exidyn_fit": FORMAT + 1}
-    path.write_text(json.dumps(table))
-    with pytest.raises(NotAFile, match=f"has format {FORMAT + 1}; this version reads {FORMAT}"):
-        read_fit(path)
-    changed(path, "warnings", value=["\ud800"])
-    with pytest.raises(NotAFile, match="is not JSON.*surrogates not allowed"):
         read_fit(path)
 
 
@@ -169,6 +143,11 @@ def changed(path, *places, value):
         (["simulations"], ["nowhere"], "simulations[0]: expected one of runs; found 'nowhere'"),
         (["dropped"], [], "dropped: expected those with kept = false, ["),
         (["condition"], 0.0, "condition: expected a condition number, at least 1; found 0.0"),
+        (["exidyn_fit"], FORMAT + 1, f"has format {FORMAT + 1}; this version reads {FORMAT}"),
+        (["warnings"], ["\ud800"], "is not JSON"),
+        (["full_estimate", "values"], [1.0], "full_estimate.values"),
+        (["full_estimate", "covariance"], [[1.0]], "full_estimate.covariance"),
+        (["full_estimate", "drive_gain"], [0.0, 1.0], "full_estimate.drive_gain"),
     ],
 )  # fmt: skip
 def test_a_wrong_field_is_named_with_its_value_and_what_is_expected(path, places, value, told):
@@ -176,7 +155,7 @@ def test_a_wrong_field_is_named_with_its_value_and_what_is_expected(path, places
     with pytest.raises(NotAFile) as error:
         read_fit(path)
     text = str(error.value)
-    assert text.startswith(f"{path}: ")
+    assert text.startswith(str(path))
     assert told in text
     assert "\n" not in text
 

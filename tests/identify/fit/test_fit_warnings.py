@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from exidyn.identification.document.markdown import section_markdown
+from exidyn.identification.document.text import section_markdown
 from exidyn.identification.errors import DifferentRobot, RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, read_fit

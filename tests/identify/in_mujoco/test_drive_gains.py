@@ -12,8 +12,7 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.text import blocks_lines
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.errors import RecordingError
-from exidyn.identification.in_mujoco.answer import attached, file_alone
-from exidyn.identification.in_mujoco.drive_gains import DriveGains, drive_gains
+from exidyn.identification.in_mujoco.answer import DriveGains, attached, drive_gains, file_alone
 from exidyn.identification.in_mujoco.gap import gap
 from exidyn.identification.in_mujoco.judge import Gain, Judge
 from exidyn.identification.in_mujoco.ladder import TOGETHER, Ladder, Step

@@ -74,6 +74,13 @@ def standing(driver):
     return np.nanmedian(seen, axis=0)
 
 
+def armed(driver):
+    """Open and arm, and wait for the position at which the arm stands."""
+    driver.open()
+    driver.arm_drives()
+    return standing(driver)
+
+
 def command(position, velocity=0.0):
     return Command(np.array(position, float), np.full(len(position), float(velocity)))
 

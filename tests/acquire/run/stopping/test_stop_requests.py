@@ -41,20 +41,13 @@ def hangup():
     signal.signal(signal.SIGHUP, before)
 
 
-def test_a_terminal_that_goes_away_brakes(hangup):
-    hangup(signal.SIG_DFL)
+@pytest.mark.parametrize("handler", [signal.SIG_DFL, signal.SIG_IGN])
+def test_a_terminal_that_goes_away_brakes_unless_it_was_to_be_outlived(hangup, handler):
+    hangup(handler)
     with StopRequests() as asked:
         asked.look()
         os.kill(os.getpid(), signal.SIGHUP)
-        assert asked.stop.level == StopLevel.BRAKE
-
-
-def test_who_was_started_to_outlive_the_terminal_does(hangup):
-    hangup(signal.SIG_IGN)
-    with StopRequests() as asked:
-        asked.look()
-        os.kill(os.getpid(), signal.SIGHUP)
-        assert asked.stop is None
+        assert (asked.stop and asked.stop.level) == (StopLevel.BRAKE if handler == signal.SIG_DFL else None)
 
 
 def test_before_anybody_looks_the_first_interrupts_and_the_way_out_is_not_interrupted():

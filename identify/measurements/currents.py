@@ -1,4 +1,4 @@
-"""A drive whose torque per current decreases at high torque because iron saturates."""
+"""Recorded currents that are not in proportion to the torque: saturated, clipped, or delayed."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..errors import RobotError
-from .measurement import Measurement, require
+from .measurement import Measurement, on_joints, require
 
 GRID = 4000
 """Number of points of the curve from current to torque; linear interpolation is accurate to 1e-7."""
@@ -69,3 +69,50 @@ class DriveGainSaturation(Measurement):
         for name in ("width", "ceiling"):
             if (value := getattr(self, name)) is not None:
                 require("drive_gain_saturation", name, value)
+
+
+@dataclass(frozen=True)
+class CurrentClipping(Measurement):
+    """A sensor with a limited range; a fit leaves out clipped samples.
+
+    Attributes:
+        limit: Largest recorded effort in both directions [A; N m if torque is recorded].
+        joints: Names of the joints whose sensors are clipped; None for all.
+    """
+
+    limit: float
+    joints: tuple[str, ...] | None = None
+
+    def current_limit(self, robot: Robot) -> np.ndarray:
+        return on_joints(robot, self.joints, self.limit, np.inf)
+
+    def check(self, robot: Robot) -> None:
+        super().check(robot)
+        require("current_clipping", "limit", self.limit)
+
+
+LONGEST = 1.0
+"""Longest delay [s]: no controller acts on older currents."""
+
+
+@dataclass(frozen=True)
+class TimeDelay(Measurement):
+    """A delay of currents or torques; several delays of one joint add up.
+
+    Attributes:
+        seconds: Delay of recorded efforts relative to positions; negative if they are earlier [s].
+        joints: Names of the joints with delayed efforts; None for all.
+    """
+
+    seconds: float
+    joints: tuple[str, ...] | None = None
+
+    def delay(self, robot: Robot) -> np.ndarray:
+        return on_joints(robot, self.joints, self.seconds, 0.0)
+
+    def check(self, robot: Robot) -> None:
+        super().check(robot)
+        if not abs(self.seconds) <= LONGEST:
+            raise RobotError(
+                f"time_delay seconds: {self.seconds:g} s exceeds {LONGEST:g} s; give the delay in seconds"
+            )
