@@ -5,9 +5,7 @@ from pathlib import Path
 
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.diagnosis.improved.forward import Forward, forward
 from exidyn.identification.diagnosis.refit import refit
-from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.document.text import text
 from exidyn.identification.errors import ExidynError
@@ -28,7 +26,7 @@ from .result import Result
 
 QUICK = {"read": 0.02, "ask": 0.0, "filter": 0.03, "form": 0.47, "search": 0.38, "weigh": 0.1}
 """Stages and their shares of the time with --quick."""
-STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.16, "identify": 0.14}
+STAGES = {name: 0.84 * share for name, share in QUICK.items()} | {"identify": 0.16}
 """Stages and their shares of the time."""
 
 
@@ -48,7 +46,7 @@ STAGES = {name: 0.7 * share for name, share in QUICK.items()} | {"simulate": 0.1
         JSON,
         AS_RECORDED,
         Option("--full", "print the whole page, not only its verdict"),
-        Option("--quick", "skip the simulation and fit.json, which take a while"),
+        Option("--quick", "skip fit.json, which takes a while"),
     ),
     """A recording may state its role (identify, slow, payload, validate); runs after
 --slow, --payload or --validate have that role. The more kinds of run, the more
@@ -70,24 +68,11 @@ def diagnose_command(args: Namespace) -> Result:
             as_recorded=args.as_recorded,
             progress=progress,
         )
-        simulated = None if args.quick else _simulated(diagnosis, case, progress)
         fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
-        written = write_diagnosis(diagnosis, simulated, fit, args.output)
-    shown = Shown.of(diagnosis, str(args.output), simulated)
+        written = write_diagnosis(diagnosis, fit, args.output)
+    shown = Shown.of(diagnosis, str(args.output))
     page = text((diagnosis_document if args.full else brief)(shown))
     return Result(page, as_json(shown.diagnosis, str(args.output)), written)
-
-
-def _simulated(diagnosis: Diagnosis, case: Case, progress: Progress) -> Forward | None:
-    """Simulation of the first held-out run, or else of the first run; None if the arm cannot be simulated."""
-    runs = dict(case.runs[::-1])
-    recording = runs.get(HELD_OUT) or case.runs[0][1]
-    progress(StageText("simulate", f"simulate {recording.name} without and with findings"))
-    try:
-        return forward(diagnosis, recording)
-    except ExidynError as error:
-        progress(f"not simulated: {error}")
-        return None
 
 
 def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:

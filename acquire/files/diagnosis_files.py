@@ -10,7 +10,6 @@ import numpy as np
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.evidence import Evidence, Trace
 from exidyn.identification.diagnosis.findings.finding import Hypothesis
-from exidyn.identification.diagnosis.improved.forward import Forward
 from exidyn.identification.diagnosis.improved.improved import FOUND, found_model, left_out, rivals
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.document.html import html
@@ -29,19 +28,15 @@ from ..terminal.json_output import json_text
 
 NAME = "traces.npz"
 """File of the samples, beside diagnosis.json."""
-WORDS = ("name", "role", "run")
+WORDS = ("name", "role")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
-SIMULATED = "simulated"
-"""Key of the simulated run; the keys of the other runs are their indices."""
 
 
-def write_diagnosis(
-    diagnosis: Diagnosis, simulated: Forward | None, fit: Fit | None, folder: Path
-) -> list[Path]:
+def write_diagnosis(diagnosis: Diagnosis, fit: Fit | None, folder: Path) -> list[Path]:
     """Write diagnosis.json, report.html, traces, models of findings and rivals, fit.json; return paths."""
     folder.mkdir(parents=True, exist_ok=True)
-    shown = Shown.of(diagnosis, str(folder), simulated)
+    shown = Shown.of(diagnosis, str(folder))
     texts = {
         "diagnosis.json": json_text(as_json(shown.diagnosis, str(folder))),
         "report.html": html(diagnosis_document(shown)),
@@ -55,13 +50,11 @@ def write_diagnosis(
         texts[FOUND] = _model_file(model, rows)
         for rival in rivals(diagnosis):
             other = diagnosis.all_findings[rival.finding].alternatives[rival.alternative]
-            texts[rival.file] = _model_file(
-                rival.model, [_finding_row(diagnosis, other, rival.finding not in rival.left_out)]
-            )
+            texts[rival.file] = _model_file(rival.model, [_finding_row(diagnosis, other, rival.held)])
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     if diagnosis.evidence is not None:
-        write_traces(diagnosis.evidence, folder / NAME, simulated)
+        write_traces(diagnosis.evidence, folder / NAME)
     if fit is not None:
         write_fit(fit, folder / "fit.json")
     optional_files = {NAME: diagnosis.evidence, "fit.json": fit}
@@ -79,13 +72,11 @@ def _model_file(model: Model, rows: Sequence[FindingRow]) -> str:
     return "\n".join(filter(None, (model_text(model), findings_text(rows))))
 
 
-def write_traces(evidence: Evidence, path: Path, simulated: Forward | None = None) -> None:
+def write_traces(evidence: Evidence, path: Path) -> None:
     """Write the samples of a diagnosis."""
     arrays: dict[str, Any] = {"model": np.array(model_text(evidence.model)), "noise": evidence.noise}
     for index, trace in enumerate(evidence.traces):
         arrays |= _arrays(trace, str(index))
-    if simulated is not None:
-        arrays |= _arrays(simulated, SIMULATED)
     with open(path, "wb") as file:
         np.savez_compressed(file, **arrays)
 
@@ -112,31 +103,23 @@ def _read_samples(path: Path, shown: Shown) -> Shown:
         require_zip(path)
         with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
             keys = {name.partition(".")[0] for name in file.files if "." in name}
-            traces = tuple(
-                Trace(**_values(file, Trace, str(index))) for index in range(len(keys - {SIMULATED}))
-            )
-            simulated = Forward(**_values(file, Forward, SIMULATED)) if SIMULATED in keys else None
+            traces = tuple(Trace(**_values(file, str(index))) for index in range(len(keys)))
             model = parse_model(str(file["model"]))
-            _check(traces, simulated, model.robot.dof)
-            return shown._replace(traces=traces, forward=simulated, model=model)
+            _check(traces, model.robot.dof)
+            return shown._replace(traces=traces, model=model)
     except ExidynError:
         raise
     except Exception as error:  # zipfile, zlib and numpy raise many types
         raise NotAFile(f"{path} is not a file of traces, or was cut off: {error}") from error
 
 
-def _check(traces: Sequence[Trace], simulated: Forward | None, joints: int) -> None:
+def _check(traces: Sequence[Trace], joints: int) -> None:
     """Raise `Disagreement` for the first shape or time that is inconsistent with the number of joints."""
-    runs: list[tuple[str, Trace | Forward]] = [(str(index), trace) for index, trace in enumerate(traces)]
-    if simulated is not None:
-        runs.append((SIMULATED, simulated))
-    for key, run in runs:
+    for key, run in enumerate(traces):
         _check_times(f"run {key}: time", run.time)
         rows = len(run.time)
-        shapes: dict[str, tuple[int, ...]] = {"time": (rows,), "missed": (joints,)}
-        if isinstance(run, Trace):
-            shapes["explained"] = (len(run.explained), rows, joints)
-        for name in (field.name for field in fields(run) if field.name not in (*WORDS, "left_out")):
+        shapes = {"time": (rows,), "explained": (len(run.explained), rows, joints)}
+        for name in (field.name for field in fields(run) if field.name not in WORDS):
             values, shape = getattr(run, name), shapes.get(name, (rows, joints))
             check(values.shape == shape, f"run {key}: {name}", values.shape, f"numbers of shape {shape}")
 
@@ -147,27 +130,13 @@ def _check_times(field: str, time: np.ndarray) -> None:
     check(increases, field, "others", "increasing times")
 
 
-def _arrays(run: Trace | Forward, key: str) -> dict[str, np.ndarray]:
+def _arrays(run: Trace, key: str) -> dict[str, np.ndarray]:
     """Arrays of all fields; numbers outside `EXACT` are in single precision."""
-    arrays = {}
-    for name in (field.name for field in fields(run)):
-        value = getattr(run, name)
-        if name == "left_out":
-            arrays[f"{key}.{name}"] = np.array(value, dtype=str)
-        elif name in (*WORDS, *EXACT):
-            arrays[f"{key}.{name}"] = np.asarray(value)
-        else:
-            with np.errstate(over="ignore"):  # a diverged simulation exceeds single precision
-                arrays[f"{key}.{name}"] = value.astype(np.float32)
-    return arrays
+    values = {field.name: np.asarray(getattr(run, field.name)) for field in fields(run)}
+    exact = (*WORDS, *EXACT)
+    return {f"{key}.{n}": v if n in exact else v.astype(np.float32) for n, v in values.items()}
 
 
-def _values(file: np.lib.npyio.NpzFile, kind: type[Trace] | type[Forward], key: str) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for name in (field.name for field in fields(kind)):
-        value = file[f"{key}.{name}"]
-        if name == "left_out":
-            values[name] = tuple(str(word) for word in value)
-        else:
-            values[name] = str(value) if name in WORDS else value.astype(float)
-    return values
+def _values(file: np.lib.npyio.NpzFile, key: str) -> dict[str, Any]:
+    values = {field.name: file[f"{key}.{field.name}"] for field in fields(Trace)}
+    return {name: str(v) if name in WORDS else v.astype(float) for name, v in values.items()}

@@ -23,7 +23,7 @@ from .findings.size import OF_A_CURVE
 from .questions.block_answer import Answer
 from .results.adequacy import gated
 from .results.baseline import baselines
-from .results.budget import NOISE, budget, located
+from .results.budget import NOISE, budget
 from .results.evidence import Spread, deviations, evidence, places_of, with_shapes
 from .results.motor_torque import undetermined_gains, with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, fast_ripples, remainders, rms
@@ -109,7 +109,6 @@ def diagnose(
         undecided=tuple(in_units_of_joints(finding, model.robot) for finding in findings[named:]),
         remainders=tuple(remaining),
         moments=tuple(moments(result.problem, result.prediction)),
-        located=located(spent, result.selected, remaining),
         budget=spent,
         noise=proof.noise,
         noise_measured_at_rest=any(share.kind == NOISE for share in spent.shares),

@@ -7,8 +7,6 @@ import numpy as np
 from ..document.document import (
     Cell,
     Document,
-    Figure,
-    Grid,
     Heading,
     Marked,
     Number,
@@ -21,7 +19,6 @@ from ..document.text import text
 from ..fit.verdict import MISSING, TO_NOISE
 from ..simulation.comparison import NAMES, Comparison, Mismatch, Regions
 from ..text_table import digits, percent
-from .diagnosis_plots import bars
 
 MOST = 1.5
 """Ratio of a joint's mismatch in its worst and best third above which the worst third is reported; a uniform
@@ -35,11 +32,9 @@ SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 
 def compared_text(comparison: Comparison) -> str:
     """The document as text; only one to three lines if there is nothing to compare or no difference."""
-    if two_motions(comparison):
-        return verdict(comparison)[0]
-    if not differs(comparison):
-        return "\n".join([*_alike(comparison), *map(_sentence, comparison.warnings)])
     title = f"{comparison.simulated} versus {comparison.recorded}"
+    if not differs(comparison):
+        return "\n".join([title, *verdict(comparison)])
     opening = Section("verdict", "Verdict", [Statements(verdict(comparison), "verdict")])
     return text(Document(title, "", [opening, *_tables(comparison)]))
 
@@ -65,10 +60,19 @@ def _same_recording(first: Comparison, last: Comparison) -> bool:
 
 def _pair(first: Comparison, last: Comparison) -> Section:
     before, after = (comparison.effort.rms / comparison.effort.noise for comparison in (first, last))
-    note = f"Before: {first.simulated}; after: {last.simulated}; both compared with {first.recorded}."
-    picture = bars(before, after, first.joints, "residual over noise")
-    figure = Figure(f"Simulated minus recorded {first.effort.quantity}", "over noise", picture)
-    return Section("pair", "Two simulations", [Paragraph(note), Grid([figure])])
+    note = (
+        f"Simulated minus recorded {first.effort.quantity} over noise. Before: {first.simulated}; after: "
+        f"{last.simulated}; both compared with {first.recorded}."
+    )
+    return Section(
+        "pair", "Two simulations", [Paragraph(note), before_and_after(first.joints, before, after)]
+    )
+
+
+def before_and_after(joints: Sequence[str], before: np.ndarray, after: np.ndarray) -> Table:
+    """A value of each joint before and after, each (n,)."""
+    rows = zip(joints, map(Number, before), map(Number, after), strict=True)
+    return Table(["joint", "before", "after"], [list(row) for row in rows])
 
 
 def _tables(comparison: Comparison) -> list[Section]:
@@ -134,19 +138,6 @@ def _over(comparison: Comparison) -> np.ndarray:
     return comparison.effort.rms / comparison.effort.noise
 
 
-def _alike(comparison: Comparison) -> list[str]:
-    """Three lines about two runs without a difference."""
-    over = np.nan_to_num(_over(comparison))
-    most = int(np.argmax(over))
-    return [
-        f"No joint's {comparison.effort.quantity} differs by more than noise: {comparison.simulated} versus "
-        f"{comparison.recorded}",
-        f"The largest: {comparison.joints[most]}, {digits(over[most], 3)} x noise; there is nothing to "
-        "diagnose",
-        _compared(comparison),
-    ]
-
-
 def _compared(comparison: Comparison) -> str:
     """How the runs were aligned; adding zero avoids an offset of -0.0000."""
     return (
@@ -181,7 +172,11 @@ def verdict(comparison: Comparison) -> list[str]:
             f"{comparison.joints[most]}, by {percent(effort.rms[most] / effort.size[most])} of its size."
         ]
     if not lines:
-        lines = [f"No joint's {effort.quantity} differs by more than noise: there is nothing to diagnose."]
+        most = int(np.nanargmax(over))
+        lines = [
+            f"No joint's {effort.quantity} differs by more than noise: at most {digits(over[most], 3)} x "
+            f"noise, on {comparison.joints[most]}."
+        ]
     lines.append(
         f"{_compared(comparison)}. {effort.quantity.capitalize()} is compared only while the joint moves."
     )

@@ -1,20 +1,16 @@
-"""Content of a diagnosis page: verdict, residual by quantity and cause, findings, candidates, runs."""
+"""Content of a diagnosis page: verdict, residual by cause, parameters, findings, plots of residuals."""
 
 import numpy as np
 
-from ..diagnosis.findings.diagnosis import Diagnosis, Simulated
-from ..diagnosis.findings.quantities import SLIDING, TURNING
-from ..diagnosis.improved.forward import Forward
+from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
-from ..diagnosis.words.naming import capital, effect_words
+from ..diagnosis.words.naming import capital
 from ..diagnosis.words.verdict import verdict
 from ..document.document import (
     Block,
     Cell,
     Document,
-    Figure,
-    Grid,
     Heading,
     Number,
     Paragraph,
@@ -25,9 +21,8 @@ from ..document.document import (
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
 from .budget import budget_section
-from .diagnosis_plots import bars, forward_plot
 from .diagnosis_table import GAIN, findings_table, gain_title
-from .finding_plots import NOTE, every_joint, findings_blocks, unexplained_blocks
+from .finding_plots import NOTE, every_joint, findings_blocks
 from .shown import Shown
 
 HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
@@ -39,13 +34,11 @@ def diagnosis_document(shown: Shown) -> Document:
     facts = [
         ("Fitted", ", ".join(diagnosis.runs)),
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
-        ("Search time", f"{diagnosis.seconds:.1f} s, reading files and simulation not counted"),
+        ("Search time", f"{diagnosis.seconds:.1f} s, reading files not counted"),
     ]
     sections = [
         Section("verdict", "Verdict", verdict_blocks(shown)),
-        Section("held_out", "Held-out residual by joint, root mean square", gained_blocks(shown)),
         *detail_sections(shown),
-        simulation_section(shown),
     ]
     return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
 
@@ -57,9 +50,9 @@ def brief(shown: Shown) -> Document:
     return Document(f"Diagnosis of {shown.diagnosis.name}", "", [opening])
 
 
-def report_html(diagnosis: Diagnosis, forward: Forward | None = None, folder: str = "") -> str:
+def report_html(diagnosis: Diagnosis, folder: str = "") -> str:
     """The document as one self-contained HTML page; see `Shown.of` for the arguments."""
-    return html(diagnosis_document(Shown.of(diagnosis, folder, forward)))
+    return html(diagnosis_document(Shown.of(diagnosis, folder)))
 
 
 def detail_sections(shown: Shown) -> list[Section]:
@@ -71,8 +64,7 @@ def detail_sections(shown: Shown) -> list[Section]:
         Section("parameters", "Parameters of the findings", _parameters(shown)),
         Section("findings", "Findings", findings_blocks(shown, NOTE, diagnosis.findings, 0)),
         Section("undecided", "Undecided", findings_blocks(shown, note, diagnosis.undecided, first)),
-        Section("unexplained", "Unexplained", unexplained_blocks(shown), True),
-        Section("joints", "Every joint", every_joint(shown), True),
+        Section("joints", "Residual of every joint", every_joint(shown), True),
     ]
 
 
@@ -83,42 +75,6 @@ def verdict_blocks(shown: Shown) -> list[Block]:
     blocks: list[Block] = [Statements(said, "verdict"), findings_table(diagnosis)]
     blocks.append(Paragraph(GAIN.format(capital(gain_title(diagnosis)))))
     return [*blocks, Heading("Warnings"), Statements(limits)] if limits else blocks
-
-
-def gained_blocks(shown: Shown) -> list[Block]:
-    """Held-out residual by joint, before and after; empty without held-out runs."""
-    if (residuals := shown.residuals) is None:
-        return []
-    before, after = residuals
-    runs = ", ".join(shown.diagnosis.held_out)
-    title = "Held-out residual over noise" if shown.over_noise else "Held-out residual"
-    picture = _bars(shown, before, after, shown.noise, "residual")
-    remark = f"before: baseline, fitted within its tolerances; after: with findings; {runs}"
-    return [_joint_table(shown, before, after), Figure(title, remark, picture)]
-
-
-def _joint_table(shown: Shown, before: np.ndarray, after: np.ndarray) -> Table:
-    """Residuals in comparable columns: baseline fit, fit with findings, simulation."""
-    diagnosis, columns = shown.diagnosis, dict[str, np.ndarray]()
-    if shown.over_noise:
-        columns["noise"] = diagnosis.noise
-    columns |= {"baseline": before, "with findings": after}
-    if shown.over_noise:
-        columns |= {"baseline/ noise": before / columns["noise"]}
-        columns |= {"with findings/ noise": after / columns["noise"]}
-    if diagnosis.simulated is not None:
-        columns["simulated, baseline"] = diagnosis.simulated.torque_rms_before
-        columns["simulated, with findings"] = diagnosis.simulated.torque_rms_after
-    rows = zip(shown.names, diagnosis.torque_units, *columns.values(), strict=True)
-    cells: list[list[Cell]] = [[name, unit, *map(Number, values)] for name, unit, *values in rows]
-    return Table(["joint", "unit", *columns], cells, words=(1,))
-
-
-def _bars(shown: Shown, before: np.ndarray, after: np.ndarray, noise: np.ndarray, label: str) -> str:
-    """Bars of residuals over noise, or in units where the noise was not measured."""
-    if not shown.over_noise:
-        return bars(before, after, shown.names, label, shown.diagnosis.torque_units)
-    return bars(before / noise, after / noise, shown.names, f"{label} over noise")
 
 
 def _parameters(shown: Shown) -> list[Block]:
@@ -137,44 +93,3 @@ def _parameters(shown: Shown) -> list[Block]:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(reasons)] if reasons else []), Paragraph(HELD_OUT)]
-
-
-def simulation_section(shown: Shown) -> Section:
-    """Torque in simulation, before and after; empty if nothing was simulated."""
-    simulated = shown.diagnosis.simulated
-    blocks = [] if simulated is None else _simulation(shown, simulated)
-    return Section("simulation", "Simulation", blocks)
-
-
-def _simulation(shown: Shown, simulated: Simulated) -> list[Block]:
-    before, after = simulated.torque_rms_before, simulated.torque_rms_after
-    note = (
-        f"{simulated.run}, simulated in closed loop: the simulated drives follow the recorded motion, and "
-        "their motor torque is compared with the recorded one."
-    )
-    over = shown.over_noise
-    remark = f"simulated minus recorded torque, root mean square{' over noise' if over else ''}"
-    drawn = _bars(shown, before, after, shown.noise, "simulated minus recorded")
-    figures = [Figure("All joints", remark, drawn)]
-    if not np.all(np.isfinite([before, after])):
-        note += " The simulation diverged; joints without a number are those that diverged."
-    if (samples := shown.forward) is not None:
-        missed = 1e3 * float(np.max(samples.missed))
-        if np.isfinite(missed):
-            kinds = (("mrad", TURNING), ("mm", SLIDING))
-            units = " or ".join(name for name, unit in kinds if unit in shown.diagnosis.torque_units)
-            size = f"{digits(missed, 2)} {units}"
-            note += f" Simulated and recorded positions differ by at most {size}, root mean square."
-        gained = _gained(before, after, shown.noise)
-        plot = forward_plot(samples, gained, shown.diagnosis.torque_units[gained])
-        figures.append(Figure(shown.names[gained], simulated.run, plot))
-    if simulated.left_out:
-        note += f" Not simulated: {', '.join(effect_words(effect) for effect in simulated.left_out)}."
-    return [Paragraph(note), Grid(figures)]
-
-
-def _gained(before: np.ndarray, after: np.ndarray, noise: np.ndarray) -> int:
-    """Index of the joint that improves most; a joint that diverged does not count."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        gains = (before**2 - after**2) / noise**2
-    return int(np.argmax(np.nan_to_num(gains, nan=-np.inf)))

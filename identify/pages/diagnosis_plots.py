@@ -1,4 +1,4 @@
-"""Plots of a diagnosis: profiles, spectra, bars, and maps of the residual over joint and time."""
+"""Plots of a diagnosis: the residual over recorded quantities, time and frequency; sizes of findings."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,9 +10,8 @@ from ..diagnosis.findings.diagnosis import Diagnosis, Moment
 from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.findings.size import Size
-from ..diagnosis.improved.forward import Forward
-from ..text_table import NORMAL_95, digits
-from .svg import Panel, Span, legend, picture, rect, stretch, text
+from ..text_table import NORMAL_95
+from .svg import Panel, Span, stretch
 
 DOTS = 500
 """Number of dots in a profile; more would hide one another."""
@@ -75,15 +74,6 @@ def spectrum(trace: Trace, joint: int, residuals: str) -> tuple[np.ndarray, np.n
     pieces = np.array([values[start : start + length] for start in starts]) * window
     power = np.mean(np.abs(np.fft.rfft(pieces, axis=1)) ** 2, axis=0)
     return np.fft.rfftfreq(length, 1.0 / rate), 2.0 * np.sqrt(power) / window.sum()
-
-
-def orders(traces: Sequence[Trace], joint: int, residuals: str, motor: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Waves per turn of the joint or of its motor, and the residual's amplitude at each [N m]."""
-    angle = np.concatenate([(t.motor_angle if motor else t.position)[:, joint] for t in traces])
-    values = np.concatenate([getattr(t, residuals)[:, joint] * t.weight[:, joint] for t in traces])
-    count = np.arange(0.25, 8.01, 0.05)
-    waves = np.exp(-1j * count[:, None] * angle)
-    return count, 2.0 * np.abs(waves @ values) / max(len(values), 1)
 
 
 def profile_plot(
@@ -182,76 +172,9 @@ def _mark(panel: Panel, moment: Moment) -> str:
 
 def spectrum_plot(trace: Trace, joint: int, unit: str = TURNING) -> str:
     """Amplitude of a residual over frequency, before and after."""
-    lines = [spectrum(trace, joint, stage) for stage in ("before", "after")]
-    return _spectra(lines, "frequency [Hz]", unit)
-
-
-def orders_plot(traces: Sequence[Trace], joint: int, motor: bool, unit: str = TURNING) -> str:
-    """Amplitude of a residual over waves per turn of the joint or its motor, before and after."""
-    lines = [orders(traces, joint, stage, motor) for stage in ("before", "after")]
-    joint_turn = "turn of the joint" if unit == TURNING else "2π m of the joint"
-    return _spectra(lines, f"cycles per {'turn of the motor' if motor else joint_turn}", unit)
-
-
-def _spectra(lines: Sequence[tuple[np.ndarray, np.ndarray]], label: str, unit: str) -> str:
-    across = Span.around(lines[0][0], margin=0.0)
+    lines = [spectrum(trace, joint, stage) for stage, _ in KEYS]
     top = max(float(np.max(amplitude)) for _, amplitude in lines)
-    panel = Panel.single(across, Span(0.0, 1.06 * top or 1.0))
+    panel = Panel.single(Span.around(lines[0][0], margin=0.0), Span(0.0, 1.06 * top or 1.0))
     drawn = [panel.line(*line, style) for line, (style, _) in zip(lines, KEYS, strict=True)]
-    return panel.plot(f"residual over {label}", (label, f"residual, amplitude [{unit}]"), KEYS, *drawn)
-
-
-def bars(
-    before: np.ndarray, after: np.ndarray, names: Sequence[str], label: str, units: Sequence[str] = ()
-) -> str:
-    """Horizontal bars of a value per joint, before and after, on a linear scale from zero.
-
-    Args:
-        before: Values before, over noise or in `units`, shape (n,).
-        after: Values after, over noise or in `units`, shape (n,).
-        names: Names of the joints.
-        label: Name of the value.
-        units: Unit of each joint; empty if the values are relative to the noise.
-    """
-    known = np.concatenate([before, after])
-    known = known[np.isfinite(known)]
-    most = max(float(np.max(known, initial=0.0)), 1e-9 if units else 2.0)
-    x0, width, step = 110.0, 350.0 - 40.0 * bool(units), 34.0
-    height = step * len(names)
-    scale = width / most
-    parts = [legend(x0, 44 + height, KEYS)]
-    rows = zip(names, before, after, units or [""] * len(names), strict=True)
-    for place, (name, first, second, unit) in enumerate(rows):
-        top = 26 + place * step
-        parts.append(text(x0 - 8, top + 17, name, "name end"))
-        for row, (value, style) in enumerate(((first, "barbefore"), (second, "barafter"))):
-            length, y = scale * float(value if np.isfinite(value) else 0.0), top + 2 + 12 * row
-            parts.append(rect(f'class="{style}"', x0, y, length, 10))
-            label = f"{digits(value, 3)} {unit}".rstrip() if np.isfinite(value) else "diverged"
-            parts.append(text(x0 + length + 5, y + 9, label, "tick"))
-    if not units:
-        x = x0 + scale
-        parts.append(f'<line class="one" x1="{x:.1f}" x2="{x:.1f}" y1="20" y2="{26 + height:.1f}"/>')
-        parts.append(text(x, 15, "noise", "tick middle"))
-    return picture(520, 50 + height, label, "".join(parts))
-
-
-def forward_plot(forward: Forward, joint: int, unit: str = TURNING) -> str:
-    """Recorded minus simulated torque of a joint over time, before and after.
-
-    A diverging simulation is cut off at twice the largest recorded torque.
-    """
-    length = int(np.searchsorted(forward.time, forward.time[0] + STRETCH, side="right"))
-    shown = slice(0, min(length, len(forward.time)))
-    time, slides = forward.time[shown], forward.weight[shown, joint] > 0
-    limit = 2.0 * float(np.max(np.abs(forward.measured[shown, joint]), initial=0.0)) or 1.0
-    differences = [
-        np.where(slides, np.clip((forward.measured - torque)[shown, joint], -limit, limit), np.nan)
-        for torque in (forward.torque_before, forward.torque_after)
-    ]
-    panel = Panel.single(Span.around(time, margin=0.0), Span.around(*differences, zero=True))
-    title, labels = f"{forward.run}: recorded minus simulated torque", f"recorded minus simulated [{unit}]"
-    drawn = [
-        panel.line(time, line, f"{style} thin") for line, (style, _) in zip(differences, KEYS, strict=True)
-    ]
-    return panel.plot(title, ("time [s]", labels), KEYS, *drawn)
+    labels = "frequency [Hz]", f"residual, amplitude [{unit}]"
+    return panel.plot("residual over frequency [Hz]", labels, KEYS, *drawn)

@@ -14,12 +14,12 @@ from ..diagnosis.words.naming import capital
 from ..diagnosis.words.sentences import dependence
 from ..diagnosis.words.verdict import verdict
 from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph
-from .diagnosis_plots import orders_plot, profile_plot, size_plot, spectrum_plot, time_plot
+from .diagnosis_plots import profile_plot, size_plot, spectrum_plot, time_plot
 from .shown import Shown
 
 WITHOUT = "There are no plots because this diagnosis was loaded without the samples of its runs."
 USUAL = ("velocity", "position", "load", "acceleration", "time", "motor angle")
-"""Axes on which an unexplained residual is drawn."""
+"""Axes on which a residual is drawn: on the first three that of any joint, on all an unexplained one."""
 FEWEST_POINTS = 3
 """Smallest number of points for which a curve is drawn."""
 NOTE = (
@@ -81,31 +81,17 @@ def _plots(shown: Shown, joint: int, axes: Sequence[str]) -> list[Figure]:
     over_time = time_plot(judged, joint, noise, unit, shown.diagnosis.moments)
     figures.append(Figure(f"{name} over time", judged.name, over_time))
     figures.append(Figure(f"{name} over frequency", judged.name, spectrum_plot(judged, joint, unit)))
-    for turn, motor in (("turns of the joint", False), ("turns of the motor", True)):
-        figures.append(Figure(f"{name} over {turn}", "all runs", orders_plot(traces, joint, motor, unit)))
     return figures
 
 
-def unexplained_blocks(shown: Shown) -> list[Block]:
-    """Plots of residuals that no known effect explains."""
-    blocks: list[Block] = []
-    for remainder in shown.diagnosis.remainders:
-        title = f"{shown.names[remainder.joint]}: {dependence(remainder.depends_on)}"
-        blocks += [Heading(title), Grid(_plots(shown, remainder.joint, USUAL), "three")]
-    return blocks
-
-
 def every_joint(shown: Shown) -> list[Block]:
-    """Residual of every joint over velocity, position and load."""
+    """Residual of every joint; of an unexplained one, over all quantities, time and frequency."""
     if not shown.traces:
         return []
     note = "Residual of every joint in all runs. Flat lines mean that the model explains the joint."
     blocks: list[Block] = [Paragraph(note)]
     for joint, name in enumerate(shown.names):
-        noise, unit = shown.noise_of(joint), shown.diagnosis.torque_units[joint]
-        figures = [
-            Figure(f"over {axis}", "", profile_plot(shown.traces, joint, AXES[axis], noise, unit))
-            for axis in ("velocity", "position", "load")
-        ]
-        blocks += [Heading(name), Grid(figures, "three alike")]
+        left = [r.depends_on for r in shown.diagnosis.remainders if r.joint == joint]
+        figures = _plots(shown, joint, USUAL) if left else _plots(shown, joint, USUAL[:3])[:3]
+        blocks += [Heading(": ".join([name, *map(dependence, left)])), Grid(figures, "three")]
     return blocks

@@ -43,7 +43,6 @@ from .fit_plots import (
     friction_plot,
     interval_bar,
     measured_unit,
-    share_bar,
     torque_plot,
 )
 from .repeatability_section import repeatability_section
@@ -230,8 +229,8 @@ def _conditioning(fit: Fit) -> list[Block]:
         "The table lists the pairs that the data separate worst; near -1 or 1, only their sum or difference "
         "is known."
     )
-    rows: list[Row] = [[f"{a} and {b}", Number(r), Picture(share_bar(r))] for a, b, r in correlations(fit)]
-    return [Paragraph(note), Table(["pair", "correlation", "from -1 to 1"], rows, words=(2,))]
+    rows: list[Row] = [[f"{a} and {b}", Number(r)] for a, b, r in correlations(fit)]
+    return [Paragraph(note), Table(["pair", "correlation"], rows)]
 
 
 def correlations(fit: Fit) -> list[tuple[str, str, float]]:

@@ -166,13 +166,3 @@ def _alone(model: Model, joint: int, velocity: np.ndarray) -> Motion:
     warm = np.full_like(still, ROOM_TEMPERATURE)
     at_rest = model.loaded(Motion.of(time, position, still, still, temperature=warm))
     return replace(at_rest, velocity=speed)
-
-
-def share_bar(share: float) -> str:
-    """Bar from the center, for a value from -1 to 1."""
-    length = 108 * abs(share)
-    x = 110 - length if share < 0 else 110.0
-    return (
-        '<svg viewBox="0 0 220 16" role="img"><line class="zero" x1="110" x2="110" y1="1" y2="15"/>'
-        f'<rect class="share" x="{x:.1f}" y="3" width="{length:.1f}" height="10"/></svg>'
-    )

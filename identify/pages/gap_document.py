@@ -27,7 +27,7 @@ from ..in_mujoco.gap import Gap
 from ..in_mujoco.judge import ON_AXIS, Gain
 from ..in_mujoco.replay import POSITION
 from ..text_table import digits
-from .diagnosis_plots import KEYS, bars
+from .diagnosis_plots import KEYS
 from .gap_numbers import changed_numbers, drive_gains, servos
 from .svg import Panel, Span
 
@@ -238,13 +238,7 @@ def _joints(gap: Gap, units: Sequence[str]) -> Table:
 
 def _plots(gap: Gap, robot: Robot) -> list[Figure]:
     names, units = gap.diagnosis.joints, [MILLI[unit] for unit in robot.units("rad")]
-    last, (before, after) = (
-        f"after {gap.horizons[-1]:g} s",
-        (distances.joints[-1] for distances in (gap.original, gap.attached.distances)),
-    )
-    picture_ = bars(1e3 * before, 1e3 * after, names, f"joint error {last}", units)
-    figures = [Figure(f"Joint error {last}", "root mean square over all starts", picture_)]
-    return figures + [
+    return [
         Figure(name, gap.runs[0].name, _trace_plot(gap, joint, units[joint]))
         for joint, name in enumerate(names)
     ]

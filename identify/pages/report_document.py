@@ -10,8 +10,6 @@ from ..document.document import (
     Block,
     Chapter,
     Document,
-    Figure,
-    Grid,
     Heading,
     Paragraph,
     Section,
@@ -20,14 +18,11 @@ from ..document.document import (
 from ..document.html import html
 from ..fit.agreement import Agreement
 from ..fit.fit import Fit
-from ..fit.verdict import MISSING
 from ..model import Model
 from ..notebook import counted
 from ..simulation.comparison import Comparison
-from ..text_table import digits
-from .compared_document import compared_sections, verdict
-from .diagnosis_document import detail_sections, gained_blocks, simulation_section, verdict_blocks
-from .diagnosis_plots import bars
+from .compared_document import before_and_after, compared_sections, verdict
+from .diagnosis_document import detail_sections, verdict_blocks
 from .fit_document import fit_sections
 from .fit_document import verdict_blocks as fit_verdict_blocks
 from .robot_document import robot_sections
@@ -91,24 +86,10 @@ def _verdict(material: Material) -> Iterator[Block]:
     for fitted in (fitted for fitted in material.fits if fitted.improved):
         yield from (Heading("Identified dynamics with the findings"), *fit_verdict_blocks(fitted.fit))
     if material.comparisons:
-        lines = [_compared(comparison) for comparison in material.comparisons]
+        lines = [f"{c.simulated} versus {c.recorded}: {verdict(c)[0]}" for c in material.comparisons]
         yield from (Heading("Comparison with simulations"), Statements(lines, "verdict"))
     if lacking := list(_lacking(material)):
         yield from (Heading("Results that this page lacks"), Statements(lacking))
-
-
-def _compared(comparison: Comparison) -> str:
-    """Sentence on the number of joints that differ by more than noise, and the largest difference."""
-    effort = comparison.effort
-    title = f"{comparison.simulated} versus {comparison.recorded}"
-    over = effort.rms / effort.noise
-    if not np.any(np.isfinite(over)):
-        return f"{title}: the noise is unknown, so {effort.quantity} is not judged."
-    many, worst = int(np.count_nonzero(over > MISSING)), int(np.nanargmax(over))
-    most = f"{comparison.joints[worst]} most, by {digits(over[worst], 3)} x noise"
-    if not many:
-        return f"{title}: no joint's {effort.quantity} differs by more than noise; {most}."
-    return f"{title}: {effort.quantity} differs by more than noise on {counted(many, 'joint')}; {most}."
 
 
 def _lacking(material: Material) -> Iterator[str]:
@@ -121,7 +102,7 @@ def _lacking(material: Material) -> Iterator[str]:
         yield "Missing physics: there is no diagnosis. exidyn diagnose robot.toml RUN... makes one."
     elif not material.diagnosis.traces:
         yield "Residuals over time: traces.npz is not beside diagnosis.json."
-    if not material.comparisons and not (material.diagnosis and material.diagnosis.diagnosis.simulated):
+    if not material.comparisons:
         yield (
             "Simulation: there is none. exidyn simulate fit.json trajectory.toml makes one, and exidyn "
             "compare sim.mcap run.mcap --json compared.json compares it with a run."
@@ -129,13 +110,10 @@ def _lacking(material: Material) -> Iterator[str]:
 
 
 def _before_and_after(material: Material) -> list[Section]:
-    """Gains of identification and diagnosis, and comparisons with simulations."""
+    """Gains of identification, and comparisons with simulations."""
     sections = [
         section for place, fitted in enumerate(material.fits) if (section := _identified(fitted, place))
     ]
-    if material.diagnosis is not None:
-        gained = Section("residual", "Residual without and with findings", gained_blocks(material.diagnosis))
-        sections += [gained, simulation_section(material.diagnosis)]
     compared = [(comparison, verdict(comparison)) for comparison in material.comparisons]
     return [*sections, *compared_sections(compared)]
 
@@ -154,9 +132,9 @@ def _identified(fitted: Fitted, place: int) -> Section | None:
     )
     role = "held out" if fitted.fit.validation else "used for the fit"
     remark = ", ".join([*(run.run for run in runs), role])
-    picture = bars(before / noise, after / noise, fitted.fit.model.robot.joints, "residual over noise")
-    figure = Grid([Figure("Residual over noise", remark, picture)])
-    return Section(f"values{place or ''}", "Nominal and identified values", [Paragraph(note), figure])
+    table = before_and_after(fitted.fit.model.robot.joints, before / noise, after / noise)
+    title = f"Nominal and identified values: residual over noise, {remark}"
+    return Section(f"values{place or ''}", title, [Paragraph(note), table])
 
 
 def _runs(fit: Fit) -> tuple[Agreement, ...]:

@@ -1,15 +1,12 @@
 """Shown: a diagnosis with its samples, new or read from files, as pages show it."""
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.evidence import Trace
-from ..diagnosis.improved.forward import Forward
 from ..diagnosis.improved.improved import with_files
-from ..diagnosis.words.importance import residuals
 from ..diagnosis.words.naming import finding_names, joint_words
 from ..model import Model
 
@@ -19,20 +16,16 @@ class Shown(NamedTuple):
 
     diagnosis: Diagnosis  # the diagnosis; its samples are in `traces`
     traces: tuple[Trace, ...] = ()  # samples of runs, held-out runs first; empty if they were not kept
-    # Samples of the simulated run; None if nothing was simulated or they were not kept.
-    forward: Forward | None = None
     folder: str = ""  # folder with the models of findings and rivals; empty if they were not written
     model: Model | None = None  # nominal model; None without samples
 
     @classmethod
-    def of(cls, diagnosis: Diagnosis, folder: str = "", forward: Forward | None = None) -> "Shown":
+    def of(cls, diagnosis: Diagnosis, folder: str = "") -> "Shown":
         """A new diagnosis, with the file names of its alternatives."""
         traces, model = (evidence.traces, evidence.model) if (evidence := diagnosis.evidence) else ((), None)
         if folder:
             diagnosis = with_files(diagnosis)
-        if forward is not None:
-            diagnosis = replace(diagnosis, simulated=forward.summary)
-        return cls(diagnosis, traces, forward, folder, model)
+        return cls(diagnosis, traces, folder, model)
 
     @property
     def names(self) -> list[str]:
@@ -63,9 +56,3 @@ class Shown(NamedTuple):
     def noise_of(self, joint: int) -> float | None:
         """Noise floor of a joint; None if it was not measured."""
         return float(self.noise[joint]) if self.over_noise else None
-
-    @property
-    def residuals(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Held-out residuals of the baseline and with findings; None without held-out runs."""
-        known = residuals(self.diagnosis)
-        return known[:2] if known is not None and known.held_out else None

@@ -111,7 +111,8 @@ class Panel:
     @property
     def frame(self) -> str:
         """Background and border of the panel."""
-        return rect('class="frame"', self.left, self.top, self.width, self.height)
+        size = f'width="{self.width:.1f}" height="{self.height:.1f}"'
+        return f'<rect class="frame" x="{self.left:.1f}" y="{self.top:.1f}" {size}/>'
 
     def axes(self, x_label: str, y_label: str, x_ticks: bool = True) -> str:
         """Frame, grid, tick labels and axis labels with their units."""
@@ -169,12 +170,6 @@ def path(points: np.ndarray, style: str, closed: bool = False) -> str:
     steps = "".join(f"{a} {b} " if b >= 0 else f"{a}{b} " for a, b in np.diff(points, axis=0))
     first = f"M{points[0, 0]} {points[0, 1]}"
     return _path(f"{first}l{steps.strip()}{'z' if closed else ''}" if steps else f"{first}h0", style)
-
-
-def rect(look: str, x: float, y: float, width: float, height: float, title: str = "") -> str:
-    """A rectangle with attributes, such as a class or a color, and a title for tooltips."""
-    shape = f'{look} x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}"'
-    return f"<rect {shape}><title>{escape(title)}</title></rect>" if title else f"<rect {shape}/>"
 
 
 def text(x: float, y: float, words: str, style: str) -> str:

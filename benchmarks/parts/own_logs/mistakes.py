@@ -343,6 +343,7 @@ MORE = (
         (r"two runs|(time|stamps?) (begins?|starts?) (anew|again)|restarts?",), six, steps=(INIT, FOLDER)),
     Mistake("servo gain of an MJCF is 998, not 18", times(1.0), (r"\b998\b", r"\b1[678](\.\d+)?\b"),
         in_mujoco, robot=SERVO.mjcf(f'kp="998" kv="2.7" {LIMITED}', PASSIVE),
-        steps=(INIT, IMPORT, OTHER, GAP), others={"other": _other_motion}),
+        steps=(INIT, IMPORT, OTHER, GAP),
+        others={"other": _other_motion}),
 )  # fmt: skip
 """Further mistakes."""

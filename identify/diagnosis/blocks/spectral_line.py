@@ -20,9 +20,9 @@ def spectral_line(powers: np.ndarray, oversampling: int) -> int | None:
         oversampling: Grid points for each frequency that the data distinguish.
     """
     count, several = powers.shape[1], min(2, len(powers))
-    if not powers.size:
+    if count < AROUND * oversampling:  # a slope would be the level's error
         return None
-    parts = np.array_split(powers, max(count // (AROUND * oversampling), 1), axis=1)
+    parts = np.array_split(powers, count // (AROUND * oversampling), axis=1)
     ratios = [part / np.maximum(np.median(part, axis=1, keepdims=True), 1e-300) for part in parts]
     shared = np.log(2.0) * np.sort(np.concatenate(ratios, axis=1), axis=0)[-several]
     best = int(np.argmax(shared))

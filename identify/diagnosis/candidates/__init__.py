@@ -1,12 +1,13 @@
 """The vocabulary: effects that a model may lack.
 
-`KINDS` of a file holds everything about its effects: hypotheses, shapes, priors, sentence, what each is
-mistaken for and which run decides. An effect of `EFFECTS` that is in no file is tested on each joint, if it
-acts on single joints.
+`KINDS` of a file holds everything about its effects: hypotheses, shapes, priors, sentence, and the run that
+shows each best. An effect of `EFFECTS` that is in no file is tested on each joint, if
+it acts on single joints.
 """
 
 from collections.abc import Iterator
 from importlib import import_module
+from pkgutil import iter_modules
 
 from ...effects import EFFECTS, load_installed
 from ...model import Model
@@ -15,30 +16,12 @@ from ..findings.kind import Kind
 from ..questions.candidate import Candidate
 from .parts import on_each_joint, on_single_joints
 
-FILES = (
-    "backlash",
-    "base_tilt",
-    "bodies",
-    "contact_event",
-    "curves",
-    "disturbance",
-    "drives",
-    "friction",
-    "gravity_compensation",
-    "joint_elasticity",
-    "kinematic_coupling",
-    "kinematics",
-    "springs",
-    "time_delay",
-    "torque_ripple",
-    "warming",
-)
-"""Files in this folder, each of which defines `KINDS`."""
-
 KINDS: dict[str, Kind] = {
-    name: kind for file in FILES for name, kind in import_module(f".{file}", __name__).KINDS.items()
+    name: kind
+    for file in iter_modules(__path__)
+    for name, kind in getattr(import_module(f".{file.name}", __name__), "KINDS", {}).items()
 }
-"""Name -> kind, including effects that are not listed in the vocabulary."""
+"""Name -> kind, of all files in this folder, including effects that are not listed in the vocabulary."""
 
 
 def kind_of(effect: str) -> Kind:

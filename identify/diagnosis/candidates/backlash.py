@@ -119,7 +119,6 @@ KINDS = {
         ask=plays,
         held=_held,
         gear=True,
-        mistaken_for=("joint_elasticity", "hysteresis"),
         settled_by="a swept sine (exidyn excite --kind chirp)",
     )
 }

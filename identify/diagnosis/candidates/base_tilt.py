@@ -28,6 +28,7 @@ from ..questions.comparison import colouring
 from ..questions.question import ask
 from ..runs.driven import Driven, model_torque
 from ..runs.rows import model_rows
+from .kinematics import across
 from .parts import on_motors
 
 LEANING = 0.02
@@ -181,9 +182,8 @@ def under_gravity(model: Model, field: np.ndarray) -> Model:
 
 def _turned(direction: np.ndarray, lean: np.ndarray) -> np.ndarray:
     """Direction (3,) turned by a rotation vector (2,) perpendicular to it [rad]."""
-    least = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    first = _unit(np.cross(direction, least))
-    axis = lean[0] * first + lean[1] * np.cross(direction, first)
+    first, second = across(direction)
+    axis = lean[0] * first + lean[1] * second
     return np.asarray(Rotation.from_rotvec(axis).apply(direction))
 
 
@@ -226,7 +226,6 @@ KINDS = {
         derived=_derived,
         held=_held,
         of_body=True,
-        mistaken_for=("encoder_offset", "link_inertia"),
         settled_by="the base leveled, or turned by a right angle",
     )
 }

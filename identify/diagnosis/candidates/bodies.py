@@ -165,7 +165,6 @@ KINDS = {
         derived=_center,
         held=_with_body,
         of_body=True,
-        mistaken_for=("payload", "spring_balancer", "drive_gain"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "payload": Kind(
@@ -179,7 +178,6 @@ KINDS = {
         derived=_center,
         held=_with_body,
         of_body=True,
-        mistaken_for=("link_inertia", "drive_gain"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "rotor_inertia": Kind(
@@ -187,8 +185,6 @@ KINDS = {
         sentence="{joint} has a rotor inertia {Ia:size} {Ia:larger|smaller} than in the model",
         drawn_against=("acceleration", "velocity"),
         reducible=True,
-        mistaken_for=("joint_elasticity", "time_delay"),
         settled_by="a swept sine (exidyn excite --kind chirp)",
     ),
 }
-"""Name -> kind."""

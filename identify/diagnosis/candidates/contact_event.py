@@ -182,18 +182,21 @@ def candidate(model: Model, contact: Contact) -> Candidate:
 
 def jacobian(model: Model, motion: Motion) -> np.ndarray:
     """Velocity of the flange per unit of each joint's velocity, in the base's axes, (t, n, 3) [m/rad]."""
-    robot = model.robot
-    kinematics, last = robot.kinematics, robot.kinematics.njoints - 1
-    data = kinematics.createData()
-    linear = np.empty((*motion.position.shape, 3))
-    places = np.empty((len(linear), 3))
-    angular = np.empty(linear.shape)
+    return flange(model, motion)[1]
+
+
+def flange(model: Model, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the flange in the base frame, (t, 3) [m], and its `jacobian`."""
+    robot, kinematics = model.robot, model.robot.kinematics
+    data, last = kinematics.createData(), kinematics.njoints - 1
+    places, twists = np.empty((len(motion), 3)), np.empty((len(motion), 6, robot.dof))
     for row, position in enumerate(motion.position):
-        twists = pin.computeJointJacobians(kinematics, data, position)
+        # Pinocchio gives a vector for a single joint.
+        twists[row] = pin.computeJointJacobians(kinematics, data, position).reshape(6, -1)
         places[row] = data.oMi[last].act(robot.flange.translation)
-        linear[row], angular[row] = twists[:3].T, twists[3:].T
     # Twists are about the base's origin: linear velocity there, and angular velocity.
-    return linear + np.cross(angular, places[:, None])
+    linear, angular = np.moveaxis(twists[:, :3], 1, 2), np.moveaxis(twists[:, 3:], 1, 2)
+    return places, linear + np.cross(angular, places[:, None])
 
 
 def _usual_force(model: Model) -> float:

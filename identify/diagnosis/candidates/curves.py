@@ -38,38 +38,28 @@ def _curves(over: str, model: Model, prediction: Prediction, runs: Sequence[Driv
         return replace(candidate, listed=False, prior=RARE)
 
     for joint in range(model.robot.dof):
-        effect, name = curve(model, over, joint, runs), NAMES[over]
+        effect, [name, _] = curve(model, over, joint, runs), CURVES[over]
         if effect.high > effect.low:
             yield of_effect(model, name, effect, KINDS[name], (joint,), unlisted)
 
 
-NAMES = {
-    "velocity": "velocity_curve",
-    "direction": "direction_curve",
-    "load": "load_curve",
-    "position": "position_curve",
-    "position and direction": "braking_curve",
+CURVES = {
+    "velocity": ("velocity_curve", ("speed", "velocity")),
+    "direction": ("direction_curve", ("velocity", "position")),
+    "load": ("load_curve", ("size of the load", "velocity")),
+    "position": ("position_curve", ("position", "load")),
+    "position and direction": ("braking_curve", ("where it brakes", "velocity")),
 }
-"""Abscissa of a curve -> its name."""
-
-DRAWN = {
-    "velocity": ("speed", "velocity"),
-    "direction": ("velocity", "position"),
-    "load": ("size of the load", "velocity"),
-    "position": ("position", "load"),
-    "position and direction": ("where it brakes", "velocity"),
-}
-"""Abscissa of a curve -> axes on which it is drawn."""
+"""Abscissa of a curve -> its name, and the axes on which it is drawn."""
 
 KINDS = {
     name: Kind(
         sentence=f"{{joint}} has {DEPENDENCES[over]}, in a way that no formula of the vocabulary describes",
-        drawn_against=DRAWN[over],
+        drawn_against=axes,
         ask=_nothing,
         ask_first=partial(_curves, over),
         family=over,
         formula=False,
     )
-    for over, name in NAMES.items()
+    for over, (name, axes) in CURVES.items()
 } | {"torque_curve": Kind("{joint} has a curve of torque", ("position", "load"), "", False, _nothing)}
-"""Name -> kind."""

@@ -128,4 +128,3 @@ KINDS = {
         sensor=True,
     )
 }
-"""Name -> kind."""

@@ -160,7 +160,6 @@ KINDS = {
         drawn_against=("torque", "load"),
         ask=_gains,
         held=_with_gain,
-        mistaken_for=("link_inertia", "encoder_offset"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "drive_gain_saturation": Kind(
@@ -171,7 +170,6 @@ KINDS = {
         ask=saturations,
         held=_saturated,
         sensor=True,
-        mistaken_for=("current_clipping", "nonlinear_viscous_friction"),
         settled_by="a faster run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "current_clipping": Kind(
@@ -182,13 +180,11 @@ KINDS = {
         ask=_clips,
         held=_clipped,
         sensor=True,
-        mistaken_for=("drive_gain_saturation",),
         settled_by="a run at half the speed, in which no current reaches its end",
     ),
     "current_offset": Kind(
         sentence="{joint} has a constant offset of {Off}",
         drawn_against=("position", "velocity"),
-        mistaken_for=("friction_asymmetry", "joint_spring"),
         settled_by="rests at poses reached from both sides (exidyn excite --kind poses)",
     ),
     "current_crosstalk": Kind(
@@ -207,4 +203,3 @@ KINDS = {
         derived=_droop,
     ),
 }
-"""Name -> kind."""

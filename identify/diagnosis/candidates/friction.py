@@ -135,7 +135,6 @@ KINDS = {
         sentence="{joint} has a viscous friction {Fv:size} {Fv:higher|lower} than in the model",
         drawn_against=("velocity", "speed"),
         reducible=True,
-        mistaken_for=("nonlinear_viscous_friction", "temperature_dependent_friction"),
         settled_by="constant speeds up to the limit (exidyn excite --kind sweeps)",
     ),
     "coulomb_friction": Kind(
@@ -147,7 +146,6 @@ KINDS = {
         reducible=True,
         dry=True,
         held=_with_coulomb,
-        mistaken_for=("stribeck_friction", "load_dependent_friction", "hysteresis"),
         settled_by="constant speeds, including low ones (exidyn excite --kind sweeps)",
     ),
     "friction_asymmetry": Kind(
@@ -157,7 +155,6 @@ KINDS = {
         "the mean]",
         drawn_against=("velocity", "position"),
         shapes=({}, {"viscous": True}),
-        mistaken_for=("current_offset", "joint_spring"),
         settled_by="constant speeds both ways (exidyn excite --kind sweeps)",
     ),
     "stribeck_friction": Kind(
@@ -170,7 +167,6 @@ KINDS = {
         ),
         bounds={"exponent": Shape("", EXPONENTS[0], EXPONENTS[-1])},
         dry=True,
-        mistaken_for=("hysteresis", "nonlinear_viscous_friction", "backlash"),
         settled_by="constant low speeds (exidyn excite --kind sweeps)",
     ),
     "hysteresis": Kind(
@@ -180,7 +176,6 @@ KINDS = {
         drawn_against=("velocity", "position"),
         shapes=tuple({"presliding": distance} for distance in (1.5e-3, 4e-3, 1e-2, 2.5e-2)),
         bounds={"presliding": Shape("rad", 1e-3, 5e-2)},  # less is a nuisance
-        mistaken_for=("stribeck_friction", "backlash", "joint_elasticity"),
         settled_by="constant low speeds (exidyn excite --kind sweeps)",
     ),
     "nonlinear_viscous_friction": Kind(
@@ -189,7 +184,6 @@ KINDS = {
         "{exponent:bare}]",
         drawn_against=("speed", "velocity"),
         shapes=tuple({"exponent": power} for power in (0.5, 0.8, 1.5, 2.0, 3.0)),
-        mistaken_for=("stribeck_friction", "drive_gain_saturation", "viscous_friction"),
         settled_by="constant speeds up to the limit (exidyn excite --kind sweeps)",
     ),
     "load_dependent_friction": Kind(
@@ -198,7 +192,6 @@ KINDS = {
         "that the gear transmits[, where that is far above a preload of {preload}]",
         drawn_against=("size of the load", "velocity"),
         ask=_load_dependent,
-        mistaken_for=("torque_ripple", "nonlinear_viscous_friction", "drive_gain_saturation"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "temperature_dependent_friction": Kind(
@@ -207,7 +200,6 @@ KINDS = {
         "{Fvt}[ and Coulomb friction by {Fct}]",
         drawn_against=("temperature", "time"),
         derived=_warming,
-        mistaken_for=("viscous_friction", "nonlinear_viscous_friction"),
         settled_by="the same run again once the arm is warm",
     ),
     "position_dependent_friction": Kind(
@@ -217,7 +209,6 @@ KINDS = {
         ask=_position_dependent,
         shapes=(*({"harmonic": float(k)} for k in (1, 2, 3)), {"count": MULTIPLES}),
         derived=amplitude,
-        mistaken_for=("load_dependent_friction", "torque_ripple"),
         settled_by="slow sweeps in both directions (exidyn excite --kind sweeps)",
     ),
     "neighbour_friction": Kind(
@@ -227,4 +218,3 @@ KINDS = {
         ask=_neighbors,
     ),
 }
-"""Name -> kind."""

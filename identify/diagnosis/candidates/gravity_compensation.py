@@ -62,8 +62,6 @@ KINDS = {
         ask=compensations,
         held=_held,
         of_body=True,
-        mistaken_for=("base_tilt", "link_inertia", "spring_balancer", "drive_gain"),
         settled_by="the links weighed, or one joint held by hand with its motor off",
     )
 }
-"""Name -> kind."""

@@ -202,7 +202,6 @@ KINDS = {
         measured=measured,
         held=_held,
         gear=True,
-        mistaken_for=("backlash", "time_delay", "rotor_inertia"),
         settled_by="a swept sine (exidyn excite --kind chirp)",
     )
 }

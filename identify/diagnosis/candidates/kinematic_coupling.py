@@ -150,7 +150,6 @@ KINDS = {
         ask=couplings,
         derived=_derived,
         held=_held,
-        mistaken_for=("rotor_inertia", "viscous_friction"),
         settled_by="one joint at a time (exidyn excite --kind single-joint)",
     )
 }

@@ -174,7 +174,6 @@ KINDS = {
         drawn_against=("position", "load"),
         ask=encoder_zeros,
         held=_with_zero,
-        mistaken_for=("link_inertia", "base_tilt"),
         settled_by="a run with a body of known mass on the flange (exidyn excite --mass)",
     ),
     "axis_misalignment": Kind(
@@ -185,9 +184,7 @@ KINDS = {
         derived=_off,
         held=_with_axis,
         of_body=True,
-        mistaken_for=("encoder_offset", "link_inertia", "base_tilt"),
         settled_by="a calibration of the kinematics, or a run with a body of known mass on the flange "
         "(exidyn excite --mass)",
     ),
 }
-"""Name -> kind."""

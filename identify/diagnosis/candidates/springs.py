@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from ...effects import Effect, SpringBalancer
 from ...model import Model
@@ -16,7 +15,7 @@ from ..findings.kind import Kind
 from ..findings.quantities import Formatted
 from ..questions.candidate import Candidate
 from ..runs.driven import Driven
-from .contact_event import jacobian
+from .contact_event import flange
 from .parts import RARE, of_effect, on_each_joint, on_motors
 
 BALANCED = 0.05
@@ -95,8 +94,8 @@ def _hoses(model: Model) -> Iterator[Candidate]:
     robot = model.robot
 
     def columns(run: Driven) -> np.ndarray:
-        pushed = jacobian(model, run.motion)
-        stretched = np.einsum("tnk,tk->tn", pushed, flange_places(model, run.motion.position))
+        places, pushed = flange(model, run.motion)
+        stretched = np.einsum("tnk,tk->tn", pushed, places)
         return on_motors(robot, np.concatenate([stretched[:, :, None], -pushed], axis=2))
 
     names, lower = ("stiffness", "pull_x", "pull_y", "pull_z"), (0.0, *(-np.inf,) * 3)
@@ -104,16 +103,6 @@ def _hoses(model: Model) -> Iterator[Candidate]:
         "hose_spring", (), columns, names, ("N/m", "N", "N", "N"), lower, smooth=True,
         proportion=(1.0, REACH, REACH, REACH), led=1, prior=RARE, listed=False,
     )  # fmt: skip
-
-
-def flange_places(model: Model, positions: np.ndarray) -> np.ndarray:
-    """Flange positions in the base frame at joint positions (t, n), shape (t, 3) [m]."""
-    robot, data = model.robot, model.robot.kinematics.createData()
-    last, places = robot.kinematics.njoints - 1, np.empty((len(positions), 3))
-    for row, position in enumerate(positions):
-        pin.forwardKinematics(robot.kinematics, data, position)
-        places[row] = data.oMi[last].act(robot.flange.translation)
-    return places
 
 
 KINDS = {
@@ -135,7 +124,6 @@ KINDS = {
         remark="Torque shows a spring's lengths up to scale. With d21 from the drawing, the distance of its "
         f"fixed end from the axis, K_r is {STIFFNESS} over d21 squared [N/m], K_0 is {PRELOAD} over d21 [N], "
         f"and d22 is {LEVERS} times d21 [m]",
-        mistaken_for=("link_inertia", "joint_spring"),
         settled_by="the base at another tilt: no motion of the joints distinguishes a spring from a weight "
         "well",
     ),
@@ -148,7 +136,6 @@ KINDS = {
         ask=_cables,
         shapes=({}, {"stiffening": True}),
         derived=_pulling,
-        mistaken_for=("friction_asymmetry", "spring_balancer"),
         settled_by="slow sweeps over the whole range (exidyn excite --kind sweeps)",
     ),
     "hose_spring": Kind(
@@ -158,4 +145,3 @@ KINDS = {
         of_body=True,
     ),
 }
-"""Name -> kind."""

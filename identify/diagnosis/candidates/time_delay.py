@@ -102,12 +102,6 @@ def _between(run: Driven) -> PPoly:
     return CubicSpline(run.motion.time, run.prepared.gain * run.prepared.current)
 
 
-def _of_drives(joints: tuple[int, ...], torque: np.ndarray) -> np.ndarray:
-    """A column (t, n, 1) of the torque (t, n) [N m] of some drives; of all drives if none is given."""
-    selected = np.isin(np.arange(torque.shape[1]), joints) if joints else True
-    return np.where(selected, torque, 0.0)[:, :, None]
-
-
 def _held(arm: Arm, finding: Hypothesis) -> Arm:
     """The arm with delayed efforts of some or all drives, and the deviation of drives where it is certain."""
     names, parameters = arm.model.robot.joints, finding.parameters
@@ -128,7 +122,6 @@ KINDS = {
         ask=delays,
         sensor=True,
         held=_held,
-        mistaken_for=("joint_elasticity", "viscous_friction"),
         settled_by="a swept sine (exidyn excite --kind chirp)",
     )
 }

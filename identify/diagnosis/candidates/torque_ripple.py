@@ -204,7 +204,6 @@ KINDS = {
         ask_of_rest=ripples,
         shapes=(*({"harmonic": float(k)} for k in (1, 2, 3, 4, 6)), {"count": MULTIPLES}),
         derived=_derived,
-        mistaken_for=("position_dependent_friction", "joint_elasticity"),
         settled_by="slow sweeps (exidyn excite --kind sweeps)",
     )
 }

@@ -60,8 +60,6 @@ KINDS = {
         drawn_against=("time", "velocity"),
         ask=warming,
         held=lambda arm, finding: None,
-        mistaken_for=("viscous_friction", "nonlinear_viscous_friction", "stribeck_friction"),
         settled_by="the same run with the motors' temperatures recorded",
     )
 }
-"""Name -> kind."""

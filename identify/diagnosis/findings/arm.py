@@ -1,6 +1,6 @@
 """Arm: a model with values and gains, ready to be simulated."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -52,11 +52,6 @@ class Arm:
         """The arm with one more measurement model; delays of a joint add up."""
         model = self.model
         return replace(self, model=replace(model, measurements=(*model.measurements, measurement)))
-
-    def without(self, measurements: Sequence[Measurement]) -> "Arm":
-        """The arm without these measurements, which must be its first ones."""
-        remaining = self.model.measurements[len(measurements) :]
-        return replace(self, model=replace(self.model, measurements=remaining))
 
 
 def _same_shape(effect: Effect, other: Effect) -> bool:

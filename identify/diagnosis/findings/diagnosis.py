@@ -14,7 +14,7 @@ from .adequacy import Adequacy
 from .beliefs import Beliefs
 from .evidence import Evidence
 from .finding import Finding
-from .residuals import Budget, Located, Remainder
+from .residuals import Budget, Remainder
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,18 +34,6 @@ class Moment:
     force: Real  # size of that force [N]
 
 
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """How a simulated run agrees with its recording."""
-
-    run: str  # name of the run
-    torque_rms_before: (
-        np.ndarray
-    )  # simulated minus recorded torque of the arm without findings, shape (n,) [N m]
-    torque_rms_after: np.ndarray  # simulated minus recorded torque of the arm with findings, shape (n,) [N m]
-    left_out: tuple[str, ...]  # effects of findings that the simulation does not contain
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(InNotebook):
     """Physics that the model lacks, with evidence, alternatives and undecided effects.
@@ -58,7 +46,6 @@ class Diagnosis(InNotebook):
         undecided: Findings without a certain name, each with its alternatives.
         remainders: Joints on which something remains that no effect of the vocabulary explains.
         moments: Times at which a run differs from the model as at no other.
-        located: Residual of every joint by the quantity on which it depends.
         budget: Residual of every joint by cause; None for a diagnosis without a budget.
         noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
         noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
@@ -72,9 +59,8 @@ class Diagnosis(InNotebook):
         held_out: Names of the held-out runs.
         suspicions: Suspected mistakes in the recordings or the description, in sentences.
         warnings: Limits of the result, in sentences.
-        seconds: Duration of the diagnosis, reading files and simulation not counted [s].
+        seconds: Duration of the diagnosis, reading files not counted [s].
         tried: Number of hypotheses of each effect that were tested on these runs.
-        simulated: How a simulated run agrees with its recording; None where nothing was simulated.
         beliefs: Findings that depend on whether the bodies are as described; None where that was not asked.
         adequacy: Whether the model with all findings fits as correct models fit correct data; None where that
             was not asked.
@@ -88,7 +74,6 @@ class Diagnosis(InNotebook):
     undecided: tuple[Finding, ...] = ()
     remainders: tuple[Remainder, ...] = ()
     moments: tuple[Moment, ...] = ()
-    located: tuple[Located, ...] = ()
     budget: Budget | None = None
     noise: np.ndarray
     noise_measured_at_rest: bool = False
@@ -101,7 +86,6 @@ class Diagnosis(InNotebook):
     warnings: tuple[str, ...] = ()
     seconds: Number = 0.0
     tried: Mapping[str, int] = field(default_factory=dict)
-    simulated: Simulated | None = None
     beliefs: Beliefs | None = None
     adequacy: Adequacy | None = None
     evidence: Evidence | None = field(default=None, metadata=NOT_IN_FILE)

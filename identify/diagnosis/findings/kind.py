@@ -44,7 +44,6 @@ class Kind:
     reducible: bool = False  # whether its parameters may be negative: the model has too much of it
     dry: bool = False  # whether it is dry friction, which changes its sign at rest
     derived: Derive | None = None  # numbers for the sentence, computed from the fitted ones
-    mistaken_for: tuple[str, ...] = ()  # effects that resemble it most
     settled_by: str = ""  # the run in which it looks least like anything else
     held: Hold | None = None  # how an arm represents it, if not as an effect of the model
     gear: bool = False  # whether it acts between motor and link

@@ -46,17 +46,3 @@ class Budget:
     after_rms: np.ndarray
     shares: tuple[Share, ...]
     held_out: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Located:
-    """One row of the table of residuals by quantity."""
-
-    joint: int  # index of the joint, from 0
-    depends_on: str  # key of `DEPENDENCES`, effect without a family, or dependence of a remainder
-    share: Real  # share of the squared baseline residual of the joint, in held-out runs if there are any [-]
-    # Probability that the torque depends on the quantity; None for noise, for parts without a dependence, and
-    # if the explained part may be zero.
-    probability: float | None
-    # Index of the finding that explains it, undecided ones behind the others; None without any.
-    finding: int | None

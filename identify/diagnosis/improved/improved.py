@@ -53,7 +53,7 @@ class Rival(NamedTuple):
     alternative: int  # index among the alternatives of that finding
     file: str  # name of its file
     model: Model  # with the alternative and its values, if a model can hold it
-    left_out: tuple[int, ...]  # findings that the model lacks, by index
+    held: bool  # whether the model has the alternative
 
 
 def found_model(diagnosis: Diagnosis) -> Model | None:
@@ -70,19 +70,19 @@ def left_out(diagnosis: Diagnosis) -> tuple[int, ...]:
 
 
 def rivals(diagnosis: Diagnosis) -> list[Rival]:
-    """Rivals for all alternatives, except where a model can hold neither finding nor alternative."""
+    """For each finding, its likeliest alternative, unless a model can hold neither it nor the finding."""
     if diagnosis.evidence is None:
         return []
     findings, models = diagnosis.all_findings, list[Rival]()
-    lost = _model(diagnosis.evidence, findings)[1]
+    lost = left_out(diagnosis)
     for place, finding in enumerate(findings):
-        for other, alternative in enumerate(finding.alternatives):
-            instead = [*findings[:place], alternative, *findings[place + 1 :]]
+        for index, other in enumerate(finding.alternatives):
+            instead = [*findings[:place], other, *findings[place + 1 :]]
             model, lacking = _model(diagnosis.evidence, instead)
-            if place in lost and place in lacking:
-                continue
-            file = f"instead-{len(models) + 1}.toml"
-            models.append(Rival(place, other, file, model, lacking))
+            if place not in lost or place not in lacking:
+                file = f"instead-{len(models) + 1}.toml"
+                models.append(Rival(place, index, file, model, place not in lacking))
+                break
     return models
 
 
@@ -94,17 +94,10 @@ def _model(evidence: Evidence, findings: Sequence[Hypothesis]) -> tuple[Model, t
 
 
 def with_files(diagnosis: Diagnosis) -> Diagnosis:
-    """The diagnosis with a file name for each alternative that a model can hold."""
-    files = {(rival.finding, rival.alternative): rival.file for rival in rivals(diagnosis)}
-    findings = [
-        replace(
-            finding,
-            alternatives=tuple(
-                replace(other, file=files.get((place, index), ""))
-                for index, other in enumerate(finding.alternatives)
-            ),
-        )
-        for place, finding in enumerate(diagnosis.all_findings)
-    ]
-    named = len(diagnosis.findings)
+    """The diagnosis with the file name of each rival."""
+    findings, named = list(diagnosis.all_findings), len(diagnosis.findings)
+    for rival in rivals(diagnosis):
+        others = list(findings[rival.finding].alternatives)
+        others[rival.alternative] = replace(others[rival.alternative], file=rival.file)
+        findings[rival.finding] = replace(findings[rival.finding], alternatives=tuple(others))
     return replace(diagnosis, findings=tuple(findings[:named]), undecided=tuple(findings[named:]))

@@ -25,11 +25,6 @@ Reported = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 """Converts fitted coefficients and their standard deviations, each (p,), to the reported ones."""
 
 
-def as_fitted(values: np.ndarray, std: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Report the coefficients as they were fitted."""
-    return values, std
-
-
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One effect on certain joints, in a certain shape."""
@@ -63,7 +58,7 @@ class Candidate:
     kind: str = ""  # distinguishes it from others of its effect, such as the frequency of a ripple
     # quantities that follow from the shape: name -> value and unit
     reported: Mapping[str, tuple[float, str]] = field(default_factory=dict)
-    reported_as: Reported = as_fitted  # converts its coefficients for the report
+    reported_as: Reported = lambda values, std: (values, std)  # converts its coefficients for the report
     # standard deviations of quantities that another sensor measured
     known: Mapping[str, float] = field(default_factory=dict)
     loaded: bool = False  # whether its columns depend on motor torque or gear load

@@ -51,7 +51,8 @@ class Eliminated:
 
     def decrease(self, coefficients: np.ndarray) -> np.ndarray:
         """Decrease of the unknowns, shape (i, b), with coefficients (i, p)."""
-        return combined(coefficients, self.whitened) @ self.prediction.root
+        # Faster than matrix products for few rows.
+        return np.asarray(np.einsum("ip,ipb->ib", coefficients, self.whitened)) @ self.prediction.root
 
     @cached_property
     def left_out(self) -> np.ndarray:
@@ -95,11 +96,6 @@ def _torque(prediction: Prediction, unknowns: np.ndarray) -> np.ndarray:
         rows = unknowns[..., acting] @ columns.reshape(-1, len(acting)).T
         torque[..., joint, :] = rows.reshape(*unknowns.shape[:-1], *columns.shape[:2])
     return torque
-
-
-def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Linear combinations (..., b) of rows (..., p, b); faster than matrix products for few rows."""
-    return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
 
 
 def gram(rows: np.ndarray) -> np.ndarray:

@@ -37,7 +37,8 @@ def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
     """The result without names where the model does not fit, and its adequacy.
 
     One finding may make a joint fit that failed by far, without making another fail. If it takes several,
-    they imitate what none of them describes, and the joint fails all the same.
+    they imitate what none of them describes, and the joint fails all the same. All joints share the bodies:
+    if one joint still fails, so do all that failed before.
     """
     problem, answers = result.problem, [finding.answer for finding in result.selected]
     found, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
@@ -46,9 +47,9 @@ def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
         failing = set(adequacy(problem, problem.prediction([answer], result.prediction)).failing)
         if failing <= set(before.failing):
             imitated &= failing
-    more = tuple(misfit for misfit in before.misfits if misfit.joint in imitated)
-    all_failing = tuple(sorted({*found.failing, *imitated}))
-    found = replace(found, failing=all_failing, misfits=(*found.misfits, *more))
+    more = set(before.failing) - set(found.failing) if imitated or found.failing else set()
+    misfits = (*found.misfits, *(misfit for misfit in before.misfits if misfit.joint in more))
+    found = replace(found, failing=tuple(sorted({*found.failing, *more})), misfits=misfits)
     fits = [not found.fails(answer.candidate.joints) for answer in answers]
     selected = (finding._replace(fits=fit) for finding, fit in zip(result.selected, fits, strict=True))
     return replace(result, selected=tuple(selected)).ordered(), found
@@ -66,7 +67,7 @@ def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
     failing = failing_joints(together, alone, power, revolute)
     share, own = (np.sqrt(e / np.where(power > 0.0, power, np.nan)) for e in (together, alone))
     pooled = pooled_share(together, power, revolute)
-    return Adequacy(share, own, pooled, failing, tuple(misfits(problem, prediction, errors, failing)))
+    return Adequacy(share, own, pooled, failing, tuple(large_misfits(problem, prediction, errors, failing)))
 
 
 def shared_values(prediction: Prediction, bodies: int) -> np.ndarray:
@@ -116,7 +117,7 @@ def failing_joints(
     return tuple(map(int, np.flatnonzero(failing & (power > 0.0))))
 
 
-def misfits(
+def large_misfits(
     problem: Problem, prediction: Prediction, errors: np.ndarray, failing: tuple[int, ...]
 ) -> Iterator[Misfit]:
     """Times in which squared errors (k, n) of failing joints are far larger than in most fitted blocks."""

@@ -5,10 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..blocks.prediction import Prediction
-from ..candidates import dependence_of
-from ..findings.residuals import Budget, Located, Remainder, Share
+from ..findings.residuals import Budget, Share
 from ..questions.block_answer import Answer
-from ..search.selected import Selected
 
 NOISE, OTHER = "sensor noise", "nothing that was recorded"
 TOLERATED = "drive gains, clock errors and reversals of friction"
@@ -30,7 +28,8 @@ def budget(
         noise: Noise of each joint's torque, shape (n,) [N m]; zero if unknown.
         names: Names of the held-out runs.
     """
-    judged = _judging(predictions[-1].blocks.fitted)
+    fitted = predictions[-1].blocks.fitted
+    judged = fitted if np.all(fitted) else ~fitted  # held-out blocks, or all if there are none
     # Residual power of each joint, shape (f + 2, n) [(N m)^2].
     powers = np.array([prediction.power(prediction.errors, judged) for prediction in predictions])
     total = np.maximum(powers[0], 1e-300)
@@ -55,11 +54,6 @@ def _order(share: Share) -> tuple[int, float]:
     return {NOISE: 2, OTHER: 3}.get(share.kind, 1), -float(np.nanmax(share.percent))
 
 
-def _judging(fitted: np.ndarray) -> np.ndarray:
-    """Mask of the blocks that are evaluated, shape (k,): held-out blocks, or all if there are none."""
-    return fitted if np.all(fitted) else ~fitted
-
-
 def _kinds(
     residual_answers: list[Answer], remainder: np.ndarray, judged: np.ndarray
 ) -> dict[str, np.ndarray]:
@@ -78,23 +72,3 @@ def _kinds(
 
 LEAST = 0.01
 """Smallest share of a joint's squared residual that the table lists [-]: no formula is more exact."""
-
-
-def located(
-    budget: Budget, selected: Sequence[Selected], remainders: Sequence[Remainder]
-) -> tuple[Located, ...]:
-    """Rows by joint, the largest share first; a finding has rows on the joints on which it acts."""
-    known = {(remainder.joint, remainder.depends_on): remainder.probability for remainder in remainders}
-    rows = []
-    for share in budget.shares:
-        acts_on, depends_on, sure = list(range(len(share.percent))), share.kind, None
-        if share.finding is not None:
-            finding = selected[share.finding]
-            candidate, acts_on = finding.answer.candidate, list(map(int, finding.answer.columns.joints))
-            depends_on = dependence_of(candidate) or candidate.effect
-            sure = finding.dependence_probability if finding.proven else None
-        for joint in acts_on:
-            if (size := float(share.percent[joint]) / 100.0) >= LEAST:
-                probability = known.get((joint, depends_on)) if share.finding is None else sure
-                rows.append(Located(joint, depends_on, size, probability, share.finding))
-    return tuple(sorted(rows, key=lambda row: (row.joint, -row.share)))

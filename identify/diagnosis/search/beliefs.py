@@ -13,14 +13,16 @@ from scipy import stats
 from ...effects import name_of
 from ...model import Model
 from ..blocks.prediction import Prediction
+from ..candidates import dependence_of, kind_of
 from ..findings.beliefs import Beliefs, Departure
 from ..questions.block_answer import CERTAIN_ODDS
+from ..questions.candidate import Candidate
 from ..runs.driven import Driven
 from ..runs.rows import GAIN
 from .checks import answer_beside
 from .problem import Problem
-from .ranking import total_prior
-from .search import SearchResult, search
+from .ranking import ranked, total_prior
+from .search import SearchResult, search, with_shown
 from .selected import Selected, answers_of, keys_of, log_prior
 
 FREE = 100.0
@@ -30,6 +32,8 @@ ALIKE = 1.02
 RESTORED = 0.9
 """Share of the additional squared residual of bodies as described that a finding must explain to be named
 beside free bodies [-]: what it leaves is then less than a tenth of what it explains."""
+HALF = 0.5
+"""Share of the same that the first of these findings must explain [-]: else at least three are needed."""
 BODIES = 2
 """Most bodies that may differ from a description that holds. With a probability of 0.05 each, three of seven
 have one of 0.004: a description that does not hold at all is likelier."""
@@ -45,15 +49,20 @@ def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Bel
     free = Problem.of(with_tolerance(model, None), runs)
     in_amperes = runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0)
     if in_amperes or not any(effect.of_links for effect in model.effects):
-        return search(free), None
+        return with_shown(search(free)), None
     described_model = with_tolerance(model, model.robot.inertial_tolerance)
     described = free.with_priors(described_model)
     if np.all(_residual(described.without_findings) <= ALIKE * _residual(free.without_findings)):
-        result = search(described)
-        return result, _beliefs(result, described_model, result.prediction)
+        result = with_shown(search(described))
+        return result, _beliefs(result, described_model)
     freely = search(free)
-    result = search(freely.problem.with_priors(described_model), freely)
-    return _chosen(result, freely, described_model)
+    described = freely.problem.with_priors(described_model)
+    if _may_hold(described, freely) and (chosen := _chosen(search(described, freely), freely)):
+        result, without = chosen
+        result = with_shown(result)
+        return result, _beliefs(result, described_model, without)
+    result = with_shown(freely)
+    return result, _beliefs(result, described_model)
 
 
 def with_tolerance(model: Model, tolerance: float | None) -> Model:
@@ -65,26 +74,37 @@ def with_tolerance(model: Model, tolerance: float | None) -> Model:
     return replace(model, robot=robot)
 
 
-def _chosen(result: SearchResult, freely: SearchResult, described: Model) -> tuple[SearchResult, Beliefs]:
-    """The result with bodies as described, or with free bodies if the description does not hold.
+def _may_hold(described: Problem, freely: SearchResult) -> bool:
+    """Whether one more hypothesis explains half of what bodies as described leave on a joint."""
+    prediction = described.prediction(answers_of(freely.selected))
+    fitted, power = described.blocks.fitted, prediction.power
+    before, free = (power(errors, fitted) for errors in (prediction.errors, freely.prediction.errors))
+    more = np.where(before > ALIKE**2 * free, before - free, np.inf)
+    answers = ranked(described, prediction, freely.selected, freely.shapes)
+    return any(np.any(before - power(answer.errors, fitted) > HALF * more) for answer in answers)
 
-    It does not hold if too many bodies differ from it, or if no finding restores it. Findings that free
-    bodies absorb are marked; one that explains a small part of what the description leaves is unproven.
+
+def _chosen(result: SearchResult, freely: SearchResult) -> tuple[SearchResult, Prediction] | None:
+    """The result with bodies as described, and the fit of free bodies without what they absorb.
+
+    None if the description does not hold: too many bodies differ from it, or no finding restores it. Findings
+    that free bodies absorb are marked; one that explains a small part of what the description leaves is
+    unproven.
     """
-    bodies = [finding for finding in result.selected if finding.answer.candidate.effect == "link_inertia"]
+    bodies = [finding for finding in result.selected if is_body(finding.answer.candidate)]
     absorbed = _absorbed(result, freely)
     free = freely.problem.with_load_of(result.problem)
     without = free.prediction([finding.answer for finding in result.selected if finding not in absorbed])
     restoring = [finding for finding in absorbed if _restores(result, finding, without)]
     if len(bodies) > BODIES or not restoring:
-        return freely, _beliefs(freely, described, freely.prediction)
+        return None
     selected = tuple(
         finding._replace(conditional=finding in absorbed, proven=finding.proven and finding in restoring)
         if finding in absorbed
         else finding
         for finding in result.selected
     )
-    return replace(result, selected=selected), _beliefs(result, described, without)
+    return replace(result, selected=selected), without
 
 
 def _absorbed(result: SearchResult, freely: SearchResult) -> list[Selected]:
@@ -104,14 +124,15 @@ def _absorbed(result: SearchResult, freely: SearchResult) -> list[Selected]:
 
 
 def _restores(result: SearchResult, finding: Selected, free: Prediction) -> bool:
-    """Whether bodies as described fit nearly as well as free bodies with a finding, and not without it."""
+    """Whether a joint of a finding fits nearly as well as with free bodies, and by far not without it."""
     others = [other for other in result.selected if other is not finding]
-    joint = finding.answer.joint
+    own = finding.answer.columns.joints
     without, with_it, freely = (
-        _residual(prediction)[joint] ** 2
+        _residual(prediction)[own] ** 2
         for prediction in (result.problem.prediction(answers_of(others)), result.prediction, free)
     )
-    return bool(without - with_it >= RESTORED * (without - freely) > 0.0)
+    explained, more = without - with_it, without - freely
+    return bool(np.any((without > ALIKE**2 * with_it) & (explained >= RESTORED * more)))
 
 
 def _residual(prediction: Prediction) -> np.ndarray:
@@ -120,14 +141,19 @@ def _residual(prediction: Prediction) -> np.ndarray:
     return np.sqrt(prediction.power(prediction.errors, judged if np.any(judged) else None))
 
 
-def _beliefs(result: SearchResult, described: Model, free: Prediction) -> Beliefs:
+def is_body(candidate: Candidate) -> bool:
+    """Whether a hypothesis is another link than described, or a payload."""
+    return dependence_of(candidate) == "mass" and kind_of(candidate.effect).of_body
+
+
+def _beliefs(result: SearchResult, described: Model, free: Prediction | None = None) -> Beliefs:
     """Beliefs without the indices of findings, which are sorted later."""
     return Beliefs(
         conditional=(),
-        absorbed_by=() if free is result.prediction else tuple(departures(described, free)),
+        absorbed_by=() if free is None else tuple(departures(described, free)),
         departures=tuple(departures(described, result.prediction)),
         described_rms=_residual(result.prediction),
-        free_rms=_residual(free),
+        free_rms=_residual(free or result.prediction),
     )
 
 

@@ -18,7 +18,7 @@ from .held_out import proven, shown_by_held_out
 from .objective import advantage
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
-from .selected import Selected, answers_of, credible, keys_of, odds_of
+from .selected import Selected, answers_of, keys_of, odds_of
 from .simpler import simplest
 
 PASSES = 6
@@ -36,6 +36,7 @@ class SearchResult:
     prediction: Prediction  # prediction with the columns of all findings, which are the last of its rows
     without_findings: Prediction  # prediction of the baseline
     shapes: Shapes = field(default_factory=dict)  # best shapes of hypotheses
+    out: frozenset[object] = frozenset()  # keys of hypotheses that held-out runs contradict
 
     def ordered(self) -> "SearchResult":
         """The same result, with the findings that are certain enough to be named first."""
@@ -70,11 +71,17 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     problem = nominal_if_better(problem, selected, without_findings)
     selected = proven(problem, selected)
     prediction = problem.prediction(answers_of(selected))
-    left = ranked(problem, prediction, selected, shapes)
-    if shown := shown_by_held_out([answer for answer in left if answer.candidate.key not in out], total):
-        selected = [*selected, *shown]
-        prediction = problem.prediction(answers_of(selected))
-    return SearchResult(problem, tuple(selected), prediction, without_findings, shapes)
+    return SearchResult(problem, tuple(selected), prediction, without_findings, shapes, frozenset(out))
+
+
+def with_shown(result: SearchResult) -> SearchResult:
+    """The result with undecided findings that only the held-out runs make credible."""
+    problem, out = result.problem, result.out
+    left = ranked(problem, result.prediction, result.selected, result.shapes)
+    open_ = [answer for answer in left if answer.candidate.key not in out]
+    selected = (*result.selected, *shown_by_held_out(open_, total_prior(problem)))
+    prediction = problem.prediction(answers_of(selected))
+    return replace(result, selected=selected, prediction=prediction)
 
 
 def _converged(
@@ -145,24 +152,20 @@ def _rechosen(
     shapes: Shapes,
     out: set[object],
 ) -> list[Selected]:
-    """Each finding in its best shape given all others, or replaced by a rival; removed if none is credible.
+    """Each finding replaced by the most probable hypothesis given all others; removed if none is credible.
 
-    Findings on whose joints nothing has changed since they were chosen stay. Rivals are asked again only if
-    the first choice did not exclude them.
+    Findings on whose joints nothing has changed since they were chosen stay.
     """
     with_all = problem.prediction(answers_of(selected))
     for finding in list(selected):
-        if not np.any(seeing(finding.answer) & changed) or finding.once:
+        unchanged = not np.any(seeing(finding.answer) & changed)
+        if unchanged or finding.once or not (finding.others or finding.answer.candidate.bounds):
             continue
         place, others = selected.index(finding), [other for other in selected if other is not finding]
         prediction = problem.prediction(answers_of(others), with_all)
         answer = with_refined_shape(problem, prediction, finding.answer)
         shapes[answer.candidate.key] = answer
-        if finding.not_excluded:
-            chosen = _most_probable(problem, prediction, others, answer, total, shapes, out)
-        else:
-            odds = odds_of(answer, total)
-            chosen = finding._replace(answer=answer, odds=odds) if credible(odds, finding) else None
+        chosen = _most_probable(problem, prediction, others, answer, total, shapes, out)
         selected = [*selected[:place], *([chosen] if chosen else []), *selected[place + 1 :]]
     return selected
 

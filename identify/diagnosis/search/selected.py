@@ -81,12 +81,6 @@ class Selected(NamedTuple):
         shares = ((name, self._probability_of(name)) for name in families if name)
         return next(((name, p) for name, p in shares if p >= NAMED), ("", float("nan")))
 
-    @property
-    def dependence_probability(self) -> float:
-        """Probability that an effect is there whose torque depends on the same quantity."""
-        dependence = dependence_of(self.answer.candidate)
-        return self._probability_of(dependence) if dependence else self.certainty
-
     def _probability_of(self, family: str) -> float:
         """Probability that it is any member of a family on the same joints."""
         here, weights = self.answer.candidate, self._weights

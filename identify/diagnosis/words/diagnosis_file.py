@@ -21,8 +21,6 @@ def as_json(diagnosis: Diagnosis, folder: str = "") -> dict[str, Any]:
         folder: Folder with the models of findings and rivals; empty if they are not written.
     """
     table = to_table(diagnosis)
-    if diagnosis.simulated is None:
-        del table["simulated"]
     rows = [*table["findings"], *table["undecided"]]
     for row, name, finding in zip(rows, finding_names(diagnosis), diagnosis.all_findings, strict=True):
         row |= {"name": name, "sentence": finding_sentence(diagnosis, finding)}

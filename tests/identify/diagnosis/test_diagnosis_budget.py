@@ -9,7 +9,7 @@ import pytest
 from exidyn.identification.diagnosis.diagnose import noise_floor
 from exidyn.identification.diagnosis.questions.question import ask
 from exidyn.identification.diagnosis.results.baseline import baselines
-from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget, changes
+from exidyn.identification.diagnosis.results.budget import NOISE, OTHER, budget
 from exidyn.identification.diagnosis.results.remainder import discrepancies
 from exidyn.identification.diagnosis.runs.usable import usable
 from exidyn.identification.preparation.prepare import Filtering
@@ -101,20 +101,6 @@ def test_a_diagnosis_shows_where_the_misfit_goes():
     assert spring.percent[1] > 95.0
     assert spring.percent[0] < 5.0
     assert budget.held_out
-
-
-def test_changes_are_what_a_candidate_alone_takes_from_the_error():
-    problem, found = synthetic((16, 17, 18, 19))
-    table = changes(problem, found)
-    assert [one.effect for one in table] == ["something"] * 2
-    by_joint = {one.joint: one for one in table}
-    first, second = SIZES[0] ** 2, SIZES[1] ** 2
-    expected = -first / (first + second + WHITE**2)
-    assert by_joint[0].squared_error_percent == pytest.approx(
-        100 * expected, abs=3 * by_joint[0].std_percent + 1
-    )
-    assert by_joint[1].squared_error_percent == pytest.approx(-100 * second / (second + WHITE**2), abs=3)
-    assert all(0.0 < one.std_percent < 10.0 for one in table)
 
 
 def test_noise_measured_at_rest_in_one_run_holds_for_all():

@@ -311,8 +311,8 @@ def test_what_acts_on_all_joints_is_seen_by_several_and_lacking_on_none():
     assert judged([both], 10.0) is not None
     assert judged([answer([60.0, 1.0, 0.5], joints=(0,))], 10.0) is not None
     common = {"joints": (), "rows": (0, 1, 2), "everywhere": True}
-    assert judged([answer([30.0, 30.0, 3.0], **common)], 10.0) is not None
-    assert judged([answer([30.0, 30.0, -3.0], **common)], 10.0) is None
+    assert judged([answer([30.0, 30.0, 8.0], **common)], 150.0) is not None
+    assert judged([answer([30.0, 30.0, -3.0], **common)], 150.0) is None
 
 
 def test_runs_held_out_contradict_beyond_the_scatter_of_coefficients():

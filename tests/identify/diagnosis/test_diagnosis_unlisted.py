@@ -10,8 +10,8 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.newton_euler import joints_of
 from exidyn.identification.diagnosis.candidates import candidates, hypotheses
+from exidyn.identification.diagnosis.candidates.contact_event import flange
 from exidyn.identification.diagnosis.candidates.kinematics import across
-from exidyn.identification.diagnosis.candidates.springs import flange_places
 from exidyn.identification.diagnosis.runs.driven import Driven, Unloaded, link_torque
 from exidyn.identification.effects import RigidBody, ViscousFriction
 from exidyn.identification.model import Model
@@ -40,7 +40,7 @@ def test_a_hose_takes_the_power_that_its_stretching_does():
     run = driven()
     stiffness, anchor = 40.0, np.array([0.3, -0.2, 1.1])
     torque = one("hose_spring").columns(run) @ np.array([stiffness, *(stiffness * anchor)])
-    place = flange_places(MODEL, run.motion.position)
+    place = flange(MODEL, run.motion)[0]
     energy = 0.5 * stiffness * np.sum((place - anchor) ** 2, axis=1)
     power = np.gradient(energy, run.motion.time)
     given = np.sum(torque * run.motion.velocity, axis=1)

@@ -9,7 +9,7 @@ import pytest
 
 from exidyn.identification.diagnosis import Diagnosis, Finding, Hypothesis, Quantity, Remainder
 from exidyn.identification.diagnosis.candidates import KINDS, hypotheses
-from exidyn.identification.diagnosis.candidates.curves import NAMES
+from exidyn.identification.diagnosis.candidates.curves import CURVES
 from exidyn.identification.diagnosis.findings.adequacy import Adequacy, Misfit
 from exidyn.identification.diagnosis.findings.axes import AXES
 from exidyn.identification.diagnosis.findings.beliefs import Beliefs, Departure
@@ -43,7 +43,12 @@ VOCABULARY = (
 ).split()
 OUTSIDE = (
     *"hose_spring supply_sag current_crosstalk neighbour_friction axis_misalignment torque_curve".split(),
-    *("periodic_disturbance", "gravity_compensation", "warming_friction", *NAMES.values()),
+    *(
+        "periodic_disturbance",
+        "gravity_compensation",
+        "warming_friction",
+        *(name for name, _ in CURVES.values()),
+    ),
 )
 
 
@@ -295,7 +300,6 @@ def test_every_word_of_the_vocabulary_has_a_sentence_and_a_picture():
         assert kind.sentence
         assert len(kind.drawn_against) == 2
         assert set(kind.drawn_against) <= set(AXES)
-        assert set(kind.mistaken_for) <= set(VOCABULARY)
 
 
 @pytest.mark.parametrize("effect", KINDS)
@@ -408,9 +412,7 @@ def test_joints_that_slide_have_units_of_their_own(effect, parameters, message):
 def test_the_page_of_text_has_findings_intervals_and_ratios():
     lines = summary(diagnosis(finding())).splitlines()
     assert ["mu3", "0.1200", "0.012"] in [line.split() for line in lines]
-    [joint] = [line.split() for line in lines if line.startswith("Joint 3 (") or line.startswith("Joint 3  ")]
-    # noise, before and after by the budget, and the two over noise
-    assert joint[4:] == ["0.2000", "2.000", "1.000", "10.00", "5.000"]
+    assert sum("baseline 2.00 N m, with findings 1.00 N m" in line for line in lines) == 3
     assert max(map(len, lines)) <= 80
     assert "Held out:         none" in summary(diagnosis(finding(), **NO_HELD_OUT))
 

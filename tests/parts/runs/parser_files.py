@@ -319,5 +319,5 @@ def currents_fit_bytes() -> bytes:
 def diagnosis_files() -> Files:
     """A diagnosis and its samples."""
     with TemporaryDirectory() as name:
-        write_diagnosis(small_diagnosis.diagnosis(), None, None, Path(name))
+        write_diagnosis(small_diagnosis.diagnosis(), None, Path(name))
         return {one: (Path(name) / one).read_bytes() for one in ("diagnosis.json", "traces.npz")}
