@@ -65,11 +65,6 @@ class DerivedWarning(str):
     __slots__ = ()
 
 
-def imported_warnings(recording: Recording) -> tuple[str, ...]:
-    """The warnings that a file has to hold: those of its import."""
-    return tuple(warning for warning in recording.warnings if not isinstance(warning, DerivedWarning))
-
-
 def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording:
     derived = [DerivedWarning(warning) for warning in (*_derived(recording), *impossible)]
     # Gaps are counted anew, since samples may have been lost since.

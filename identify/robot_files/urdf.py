@@ -90,13 +90,12 @@ def read_held(held: object, where: str) -> Held:
     """Positions of held joints: a number [rad, m] each, or a list for a free joint or a ball of an MJCF."""
     if not isinstance(held, dict):
         raise RobotError(f"{where}: held is {held!r}; expected held = {{ JOINT = POSITION, ... }} [rad, m]")
-    return {joint: _held_position(value, f"held: {joint}") for joint, value in held.items()}
-
-
-def _held_position(value: object, where: str) -> float | tuple[float, ...]:
-    if isinstance(value, list):
-        return tuple(numbers(value, len(value), where).tolist())
-    return number(value, where)
+    return {
+        joint: tuple(numbers(value, len(value), f"held: {joint}").tolist())
+        if isinstance(value, list)
+        else number(value, f"held: {joint}")
+        for joint, value in held.items()
+    }
 
 
 def _hold(joints: Mapping[str, Element], moving: Collection[str] | None, held: Held, where: str) -> None:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from exidyn.drivers import Command, DriverError, StopLevel, create
+from exidyn.drivers import Command, StopLevel, create
 
 from ..peers.driver_peers import REAL, peer_of
-from .test_driver_contract import arm, sent
+from .test_driver_contract import arm, listen, sent
 
 STEP = 0.0005
 """Of the commands in a cycle [rad]: slow, so that every stopping distance is short."""
@@ -40,11 +40,3 @@ def test_a_quick_stop_holds_what_was_commanded_and_not_what_was_read(name, kind,
     low, high = np.split(numbers, 2)
     assert (low > target - SOUND).all()
     assert (high < target + SOUND).all()
-
-
-def listen(driver, cycles):
-    try:
-        for _ in range(cycles):
-            driver.exchange(None)
-    except DriverError:
-        pass

@@ -18,7 +18,7 @@ from ...model import Model
 from ...robot_files.robot_file import parse_model
 from ..incomplete_samples import without_stale
 from ..recording import EFFORT, ControllerState, Event, KnownPayload, Recording, Signal, Timing
-from ..recording_checks import check_recorded, imported_warnings
+from ..recording_checks import DerivedWarning, check_recorded
 from ..servo_error import LAW, lacks_effort, servo_of, servo_words, with_servo_error
 from . import cdr
 from . import mcap_topics as topics
@@ -55,7 +55,7 @@ def _head(recording: Recording) -> Head:
         payload=recording.payload,
         trajectory=recording.trajectory,
         settings=recording.settings,
-        warnings=imported_warnings(recording),
+        warnings=tuple(text for text in recording.warnings if not isinstance(text, DerivedWarning)),
         epoch=epoch,
         host_clock=recording.host_time is not None,
         samples={name: len(signal) for name, signal in recording.signals.items()},

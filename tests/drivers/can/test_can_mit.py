@@ -250,15 +250,6 @@ def test_what_does_not_fit_into_a_frame_is_a_fault_and_not_sent():
         assert (np.abs(sample.position - where)[~sample.stale] < 0.01).all()
 
 
-def test_noise_changes_nothing():
-    with motors("--fault", "noise:0@0") as (_, driver):
-        where = armed(driver)
-        samples = follow(driver, where, 100)
-        assert len(samples) == 100
-        assert not samples[-1].fault
-        assert any(not sample.stale.any() for sample in samples)
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [

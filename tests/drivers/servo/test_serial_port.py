@@ -56,16 +56,11 @@ def test_a_read_takes_no_more_than_it_should_and_waits_for_bytes_that_come_in_pi
     assert port.waiting == 2
 
 
-def test_a_read_that_meets_its_deadline_is_short(opened):
+def test_a_read_that_meets_its_deadline_is_short_and_what_nobody_wants_is_thrown_away(opened):
     master, port = opened
     port.set_patience(0.01)
     os.write(master, b"abc")
     assert port.read(6) == b"abc"
-
-
-def test_what_nobody_wants_is_thrown_away(opened):
-    master, port = opened
-    port.set_patience(0.01)
     os.write(master, b"abc")
     assert port.read(1) == b"a"
     assert port.drain() == 2
