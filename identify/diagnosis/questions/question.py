@@ -42,7 +42,7 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
     """Answers of candidates with the same number of columns."""
     eliminated = Eliminated.of(prediction, [columns for _, columns in alike])
     fits, relief = _fitted(eliminated, alike)
-    errors, along, size = _compared(prediction, eliminated.predicted(fits))
+    errors, along, size = _compared(prediction, *eliminated.compared(fits))
     share = prediction.weighting.independent
     gains = prediction.log_probability(errors, share) - prediction.log_probability_now
     return [
@@ -69,7 +69,7 @@ def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
         columns.mean[None],
         np.ones(1, bool),
     )
-    [change] = Eliminated.of(prediction, [columns]).predicted(fits)
+    change = Eliminated.of(prediction, [columns]).predicted(fits)
     return prediction.sums.in_sequence(change / prediction.scale[:, :, None])
 
 
@@ -86,16 +86,18 @@ def _fitted(eliminated: Eliminated, alike: Sequence[tuple[Candidate, Thinned]]) 
     return fits, _relief(prediction, change, fits, candidates) - _optimism(eliminated.matrix, informed, fits)
 
 
-def _compared(prediction: Prediction, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _compared(
+    prediction: Prediction, linear: np.ndarray, square: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k).
 
     Args:
         prediction: Prediction without the candidates.
-        change: Change of the whitened prediction of each block with each candidate, shape (i, k, n, l).
+        linear: Product of each effect with the residual, whitened, shape (k, i, n).
+        square: Square of each effect, whitened, shape (k, i, n).
     """
     noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
-    linear = np.einsum("iknl,knl->ikn", change, prediction.whitened_errors) / prediction.scale**2
-    square = np.einsum("iknl,iknl->ikn", change, change) / prediction.scale**2
+    linear, square = (np.swapaxes(product, 0, 1) / prediction.scale**2 for product in (linear, square))
     errors = np.maximum(prediction.errors - 2.0 * linear + square, 1e-12)
     # A block predicted from motions too unlike its own is down-weighted, as in a fit.
     weight = noise * trusted(share * noise * errors, share * prediction.sums.counts)
