@@ -101,9 +101,14 @@ class BlockRows:
         joints = enumerate(self.columns)
         return [(self.torque[:, joint, None] @ columns)[:, 0] for joint, columns in joints]
 
-    def padded(self, values: np.ndarray) -> np.ndarray:
-        """Values (r, ...) of rows in sequence, arranged by block, shape (k, l, ...)."""
-        return _padded(self.inside, values)
+    def arranged(self, values: np.ndarray) -> np.ndarray:
+        """Values (..., r) of rows in sequence, arranged by block, shape (k, ..., l)."""
+        arranged = np.zeros((len(self.inside), *values.shape[:-1], self.inside.shape[1]))
+        lengths, start = self.inside.sum(axis=1).tolist(), 0
+        for block, length in zip(arranged, lengths, strict=True):
+            block[..., :length] = values[..., start : start + length]
+            start += length
+        return arranged
 
     def in_sequence(self, values: np.ndarray) -> np.ndarray:
         """Values (k, n, l) of all blocks as rows (r, n)."""

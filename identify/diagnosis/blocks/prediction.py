@@ -95,6 +95,11 @@ class Prediction:
         return np.sqrt(np.where(self.blocks.fitted[:, None], self.weighting.weight, if_fitted))
 
     @cached_property
+    def row_scale(self) -> np.ndarray:
+        """Factor that whitens each row and joint, shape (r, n); zero where a row does not count."""
+        return self.rows.weight * self.scale[self.blocks.number]
+
+    @cached_property
     def whitened(self) -> list[np.ndarray]:
         """Columns of the unknowns that act on each joint, times the scale of each block, [n] of (k, l, a)."""
         joints = zip(self.sums.columns, self.scale.T, strict=True)

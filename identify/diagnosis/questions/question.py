@@ -25,12 +25,12 @@ def ask(
         pairs: Candidates and their columns.
         strange: Whether to include candidates that physics excludes only in this shape.
     """
-    groups: dict[int, list[tuple[Candidate, Thinned]]] = {}
-    for pair in pairs:
-        groups.setdefault(pair[1].values.shape[2], []).append(pair)
+    groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
+    for candidate, columns in pairs:
+        groups.setdefault((len(columns.mean), *columns.joints), []).append((candidate, columns))
     return [
         answer
-        for count, alike in groups.items()
+        for (count, *_), alike in groups.items()
         for together in [max(1, int(TOGETHER / (count * prediction.whitened_errors.size)))]
         for start in range(0, len(alike), together)
         for answer in _answers(prediction, alike[start : start + together])
@@ -39,7 +39,7 @@ def ask(
 
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
-    """Answers of candidates with the same number of columns."""
+    """Answers of candidates with as many columns on the same joints."""
     eliminated = Eliminated.of(prediction, [columns for _, columns in alike])
     fits, relief = _fitted(eliminated, alike)
     errors, along, size = _compared(prediction, *eliminated.compared(fits))
