@@ -68,7 +68,7 @@ class Eliminated:
         return combined(coefficients, self.whitened) @ self.prediction.root
 
     def left_out(self, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
-        """Coefficients (k, i, p) without each block, and the decrease of the unknowns with them, (k, i, b)."""
+        """Coefficients (k, i, p) without each block, and the decrease (k, i, b) of the unknowns with them."""
         prediction, fitted = self.prediction, self.prediction.blocks.fitted
         whitened, matrix, right = 0.0, 0.0, fits.precision * fits.mean
         for joint, own in self.acting.items():

@@ -11,7 +11,7 @@ from .candidate import Candidate, Thinned
 from .candidate_fit import Fitted, fitted, within_limits
 from .eliminated import Eliminated, gram
 
-TOGETHER = 1e6
+TOGETHER = 2e6
 """Numbers that the columns of candidates evaluated at once have: they stay in the processor's cache."""
 
 
