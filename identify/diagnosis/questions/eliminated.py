@@ -65,8 +65,7 @@ class Eliminated:
 
     def decrease(self, coefficients: np.ndarray) -> np.ndarray:
         """Decrease of the unknowns, shape (i, b), with coefficients (i, p)."""
-        # Faster than matrix products for few rows.
-        return np.asarray(np.einsum("ip,ipb->ib", coefficients, self.whitened)) @ self.prediction.root
+        return combined(coefficients, self.whitened) @ self.prediction.root
 
     def left_out(self, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
         """Coefficients (k, i, p) without each block, and the decrease (k, i, b) of the unknowns with them."""
@@ -119,6 +118,11 @@ class Eliminated:
         for joint, own in self.acting.items():
             change[:, joint] += combined(coefficients[:, 0], own.columns[:, 0])
         return change
+
+
+def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Linear combinations (..., b) of rows (..., p, b); faster than matrix products for few rows."""
+    return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
 
 
 def gram(rows: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
-from .mismatch import Place, mismatches, splines_of, with_mismatches
+from .mismatch import Place, mismatches, splines_of, unknowns_of
 
 ALIKE = 2e-3
 """Relative change of a load that is ignored [-]: it shifts the crossing of backlash by a few milliseconds."""
@@ -210,17 +210,13 @@ class Problem:
         for answers, prediction in self._recent:
             if len(answers) == len(findings) and all(map(operator.is_, answers, findings)):
                 return prediction
-        rows = with_findings(self._with_mismatches(findings), findings)
+        formulas = mismatches(findings, self._curve)
+        splines = {mismatch.place: self._curve(mismatch.place)[1] for mismatch in formulas}
+        rows = with_findings(self.rows, findings, unknowns_of(formulas, findings, splines))
         sums = self._sums.plus(rows, len(self.rows.std))
         prediction = _predicted(rows, self.blocks, self.runs, similar, sums, self.without_findings.errors)
         self._recent.appendleft((tuple(findings), prediction))
         return prediction
-
-    def _with_mismatches(self, findings: Sequence[Answer]) -> Rows:
-        """The rows with unknowns for the errors of the findings' formulas."""
-        formulas = mismatches(findings, self._curve)
-        splines = {mismatch.place: self._curve(mismatch.place)[1] for mismatch in formulas}
-        return with_mismatches(self.rows, formulas, findings, splines)
 
     def _curve(self, place: Place) -> tuple[TorqueCurve, np.ndarray]:
         """The curve at a place, and its splines (r, n, s)."""
@@ -307,17 +303,23 @@ def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows
     return model_rows(model, runs, values) if any(effect.needs_load for effect in model.effects) else before
 
 
-def with_findings(rows: Rows, findings: Sequence[Answer]) -> Rows:
-    """Rows with the columns of findings."""
+def with_findings(
+    rows: Rows, findings: Sequence[Answer], curves: Sequence[tuple[list[str], np.ndarray, np.ndarray]] = ()
+) -> Rows:
+    """Rows with the unknowns of curves (names, columns, standard deviations), then those of findings."""
     if not findings:
         return rows
-    joints = rows.difference.shape[1]
+    joints, of_curves = rows.difference.shape[1], [name for names, _, _ in curves for name in names]
+    of_findings = [(answer.candidate.effect, name) for answer in findings for name in answer.candidate.names]
+    # All at once: a copy of all columns takes as long as a fit.
     return rows.plus(
-        [f"{answer.candidate.effect} {name}" for answer in findings for name in answer.candidate.names],
-        np.concatenate([answer.columns.everywhere(joints) for answer in findings], axis=2),
-        np.concatenate([answer.std for answer in findings]),
-        np.concatenate([answer.mean for answer in findings]),
-        [limit for answer in findings for limit in answer.candidate.lower],
+        [*of_curves, *map(" ".join, of_findings)],
+        np.concatenate(
+            [*(c for _, c, _ in curves), *(answer.columns.everywhere(joints) for answer in findings)], axis=2
+        ),
+        np.concatenate([*(std for *_, std in curves), *(answer.std for answer in findings)]),
+        np.concatenate([np.zeros(len(of_curves)), *(answer.mean for answer in findings)]),
+        [-np.inf] * len(of_curves) + [limit for answer in findings for limit in answer.candidate.lower],
     )
 
 
