@@ -70,23 +70,24 @@ class Eliminated:
     def left_out(self, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
         """Coefficients (k, i, p) without each block, and the decrease (k, i, b) of the unknowns with them."""
         prediction, fitted = self.prediction, self.prediction.blocks.fitted
-        whitened, matrix, right = 0.0, 0.0, fits.precision * fits.mean
+        values, shape = prediction.left_out[fitted], (np.count_nonzero(fitted), *self.right.shape)
+        whitened = np.zeros((*shape, values.shape[1]))
+        matrix, right = np.zeros((*shape, shape[2])), np.tile(fits.precision * fits.mean, (shape[0], 1, 1))
         for joint, own in self.acting.items():
             squares, products, torque = (
                 block[fitted].sum(axis=0) - block[fitted] for block in (own.squares, own.products, own.torque)
             )
-            flat = products.reshape(len(products), -1, products.shape[3])
-            unknowns = prediction.left_out[fitted][:, prediction.sums.acting[joint], None]
-            by_root = flat @ prediction.roots_without[joint]
-            whitened = whitened + by_root.reshape(*products.shape[:3], -1)
-            matrix = matrix + squares
-            right = right + torque - (flat @ unknowns).reshape(torque.shape)
-        matrix = with_diagonal(matrix - gram(np.asarray(whitened)), fits.precision)
+            flat = products.reshape(shape[0], -1, products.shape[3])
+            unknowns = values[:, prediction.sums.acting[joint], None]
+            whitened += (flat @ prediction.roots_without[joint]).reshape(whitened.shape)
+            matrix += squares
+            right += torque - (flat @ unknowns).reshape(shape)
+        matrix = with_diagonal(matrix - gram(whitened), fits.precision)
         # Held-out blocks are predicted by all fitted ones.
         coefficients = np.tile(fits.values, (len(fitted), 1, 1))
         decrease = np.tile(self.decrease(fits.values), (len(fitted), 1, 1))
         coefficients[fitted] = solved(matrix, right, fits.values, fits.free)
-        decrease[fitted] = combined(coefficients[fitted], np.asarray(whitened)) @ prediction.root_without
+        decrease[fitted] = combined(coefficients[fitted], whitened) @ prediction.root_without
         return coefficients, decrease
 
     def compared(self, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:

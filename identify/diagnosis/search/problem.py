@@ -22,7 +22,6 @@ from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
-from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
@@ -34,10 +33,6 @@ RECENT = 4
 """Number of predictions in the cache, of tens of megabytes each."""
 FREE = (REVERSAL, CLOCK)
 """Prefixes of the nuisances that are fitted even where the model is held at its nominal values."""
-
-INVISIBLE, REFUTED = 1.0, -10.0
-"""Squared torque over noise, and gain in log probability, below which a candidate with columns at an earlier
-load does not get columns at the present one: its torque would have to change by far more than the load."""
 
 Pairs = list[tuple[Candidate, Thinned]]
 
@@ -165,27 +160,12 @@ class Problem:
             self.formed[candidate] = anew(candidate, columns, self.runs)
         return self.formed[candidate]
 
-    def pairs(
-        self, wanted: Callable[[Candidate, np.ndarray], bool], prediction: Prediction | None = None
-    ) -> Pairs:
-        """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load.
-
-        Given a prediction, candidates that columns at an earlier load refute keep these columns.
-        """
+    def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Pairs:
+        """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load."""
         pairs = [pair for pair in self.candidates if wanted(pair[0], pair[1].joints)]
         if not self.moved:
             return pairs
-        open_ = {candidate for candidate, _ in pairs if candidate.loaded and candidate not in self.formed}
-        if prediction is not None:
-            earlier = [pair for pair in pairs if pair[0] in open_]
-            answers = ask(prediction, earlier, strange=True)
-            open_ = {answer.candidate for answer in answers if _in_play(answer)}
-        return [
-            (candidate, self.columns_at_load(candidate, columns))
-            if candidate in open_ or candidate in self.formed
-            else (candidate, columns)
-            for candidate, columns in pairs
-        ]
+        return [(candidate, self.columns_at_load(candidate, columns)) for candidate, columns in pairs]
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -292,10 +272,6 @@ class Problem:
         caches: dict[str, Any] = {"formed": WeakKeyDictionary(), "suggested": {}}
         moved = replace(self, runs=runs, base=base, rows=rows, moved=True, known=known, **caches)
         return moved, fresh
-
-
-def _in_play(answer: Answer) -> bool:
-    return answer.gain > REFUTED and float(answer.size.sum()) > INVISIBLE
 
 
 def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:
