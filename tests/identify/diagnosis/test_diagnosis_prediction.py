@@ -117,6 +117,20 @@ def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case
         assert answer.size[block] == pytest.approx(np.sum(rows_count * effect[own] ** 2), rel=1e-4)
 
 
+def test_candidates_that_are_asked_together_get_the_answers_that_each_gets_alone():
+    given, pieces, random = system(2)
+    pairs = [question(case, given, random)[1] for case in (*CASES, "one joint", "all joints")]
+    prediction = predicted(given, pieces)
+    together = {id(answer.columns): answer for answer in ask(prediction, pairs, strange=True)}
+    assert len(together) == len(pairs)
+    for pair in pairs:
+        [alone] = ask(prediction, [pair], strange=True)
+        for field in ("values", "errors", "along", "size", "gains"):
+            np.testing.assert_allclose(
+                getattr(together[id(pair[1])], field), getattr(alone, field), rtol=1e-7, atol=1e-9
+            )
+
+
 @pytest.mark.parametrize("limit", [0.0, -0.1])
 def test_a_coefficient_that_would_be_below_its_limit_stays_there(limit):
     given, pieces, random = system(7)
