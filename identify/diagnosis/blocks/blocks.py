@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -89,10 +90,24 @@ class BlockRows:
             columns.append(np.concatenate([present, _padded(self.inside, new)], axis=2))
         return replace(self, acting=acting, columns=columns)
 
+    @cached_property
+    def squares(self) -> list[np.ndarray]:
+        """Products of the columns of each joint in each block, [n] of (k, a, a)."""
+        return [np.swapaxes(columns, 1, 2) @ columns for columns in self.columns]
+
+    @cached_property
+    def products(self) -> list[np.ndarray]:
+        """Products of the columns of each joint with the torque to explain, [n] of (k, a)."""
+        joints = enumerate(self.columns)
+        return [(self.torque[:, joint, None] @ columns)[:, 0] for joint, columns in joints]
+
     def arranged(self, values: np.ndarray) -> np.ndarray:
-        """Values (..., r) of rows in sequence, arranged by block, shape (..., k, l)."""
-        arranged = np.zeros((*values.shape[:-1], *self.inside.shape))
-        arranged[..., self.inside] = values
+        """Values (..., r) of rows in sequence, arranged by block, shape (k, ..., l)."""
+        arranged = np.zeros((len(self.inside), *values.shape[:-1], self.inside.shape[1]))
+        lengths, start = self.inside.sum(axis=1).tolist(), 0
+        for block, length in zip(arranged, lengths, strict=True):
+            block[..., :length] = values[..., start : start + length]
+            start += length
         return arranged
 
     def in_sequence(self, values: np.ndarray) -> np.ndarray:

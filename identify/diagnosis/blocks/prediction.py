@@ -10,7 +10,6 @@ from ...positive_definite import Factor, solve, whitening
 from ..runs.rows import Rows
 from .block_likelihood import common_variance, independent_share, log_probability, trust
 from .blocks import BlockRows, Blocks
-from .left_out import LeftOut
 
 TURNS = 6
 """Maximum number of iterations over unknowns, noise and trust."""
@@ -96,6 +95,11 @@ class Prediction:
         return np.sqrt(np.where(self.blocks.fitted[:, None], self.weighting.weight, if_fitted))
 
     @cached_property
+    def row_scale(self) -> np.ndarray:
+        """Factor that whitens each row and joint, shape (r, n); zero where a row does not count."""
+        return self.rows.weight * self.scale[self.blocks.number]
+
+    @cached_property
     def whitened(self) -> list[np.ndarray]:
         """Columns of the unknowns that act on each joint, times the scale of each block, [n] of (k, l, a)."""
         joints = zip(self.sums.columns, self.scale.T, strict=True)
@@ -111,10 +115,11 @@ class Prediction:
         """Normal matrices (k, b, b) and right-hand sides (k, b) of each fitted block, k of them."""
         fitted, count = self.blocks.fitted, len(self.rows.std)
         matrices, right = np.zeros((fitted.sum(), count, count)), np.zeros((fitted.sum(), count))
-        for joint, (columns, acting) in enumerate(zip(self.whitened, self.sums.acting, strict=True)):
-            rows = columns[fitted]
-            matrices[:, acting[:, None], acting] += np.swapaxes(rows, 1, 2) @ rows
-            right[:, acting] += (self.whitened_torque[fitted, joint, None] @ rows)[:, 0]
+        scales, sums = np.square(self.scale[fitted]).T, self.sums
+        for joint, acting in enumerate(sums.acting):
+            scale = scales[joint][:, None]
+            matrices[:, acting[:, None], acting] += scale[:, None] * sums.squares[joint][fitted]
+            right[:, acting] += scale * sums.products[joint][fitted]
         return matrices, right
 
     @cached_property
@@ -172,11 +177,28 @@ class Prediction:
         return rms_torque(self.rows.columns[:, :, self.rows.limited])
 
     @cached_property
-    def leaving_out(self) -> LeftOut:
-        """What a residual of the fit becomes in each block when this block is left out."""
-        roots = {block: whitening(factor) for block, factor in self.factors.items()}
-        inverses = {block: root.T @ root for block, root in roots.items()}
-        return LeftOut(self.whitened, self.sums.acting, inverses)
+    def root_without(self) -> np.ndarray:
+        """Roots of the inverse normal matrices without each of k fitted blocks, shape (k, b, b)."""
+        return np.stack([whitening(factor) for factor in self.factors.values()])
+
+    @cached_property
+    def roots_without(self) -> list[np.ndarray]:
+        """These roots, transposed, of the unknowns that act on each joint, [n] of (k, a, b)."""
+        return [np.swapaxes(self.root_without[:, :, acting], 1, 2).copy() for acting in self.sums.acting]
+
+    def squares(self, joint: int, unknowns: np.ndarray) -> np.ndarray:
+        """Squared whitened torque (k, c) on a joint of c sets of unknowns that act on it, (k, c, a)."""
+        rows = self.whitened[joint]
+        if rows.shape[1] < rows.shape[2]:
+            return np.square(unknowns @ np.swapaxes(rows, 1, 2)).sum(axis=2)
+        scale = np.square(self.scale[:, joint, None])
+        return np.einsum("kca,kca->kc", unknowns @ self.sums.squares[joint], unknowns) * scale
+
+    @cached_property
+    def along_errors(self) -> list[np.ndarray]:
+        """Products of whitened columns with the residual of predicted blocks, by joint, [n] of (k, a)."""
+        each = enumerate(self.whitened)
+        return [(self.whitened_errors[:, joint, None] @ columns)[:, 0] for joint, columns in each]
 
     @cached_property
     def left_out(self) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,12 +11,38 @@ from .candidate import Thinned
 from .candidate_fit import Fitted, solved, with_diagonal
 
 
+class ActingOn(NamedTuple):
+    """Whitened columns of i candidates on one joint, p each, and their products in each block."""
+
+    columns: np.ndarray  # columns, shape (k, i, p, l)
+    squares: np.ndarray  # products of the columns, shape (k, i, p, p)
+    products: np.ndarray  # products with the unknowns that act on the joint, shape (k, i, p, a)
+    torque: np.ndarray  # products with the torque to explain, shape (k, i, p)
+    errors: np.ndarray  # products with the residual when the other blocks predict it, shape (k, i, p)
+
+    @classmethod
+    def of(cls, prediction: Prediction, joint: int, values: np.ndarray) -> "ActingOn":
+        """Whiten and arrange values (i, p, r) of columns on a joint."""
+        columns = prediction.sums.arranged(values * prediction.row_scale[:, joint])
+        flat = columns.reshape(len(columns), -1, columns.shape[3])
+        each = prediction.whitened_torque[:, joint], prediction.whitened_errors[:, joint]
+        torque, errors = np.moveaxis(flat @ np.stack(each, axis=2), 2, 0)
+        products = flat @ prediction.whitened[joint]
+        shape = columns.shape[:3]
+        products, torque, errors = (x.reshape(*shape, *x.shape[2:]) for x in (products, torque, errors))
+        return cls(columns, gram(columns), products, torque, errors)
+
+
 @dataclass(frozen=True, eq=False)
 class Eliminated:
-    """Columns of i candidates, p each, whitened, after a fit of the prediction's unknowns to all blocks."""
+    """Columns of i candidates, p each, after a fit of the prediction's unknowns to all blocks.
+
+    All candidates act on the same joints. Blocks enter by products of columns, whose number does not depend
+    on the length of a block.
+    """
 
     prediction: Prediction  # prediction without the candidates
-    unexplained: np.ndarray  # part of the columns that the unknowns do not explain, shape (i, p, k, n, l)
+    acting: dict[int, ActingOn]  # columns by joint
     products: np.ndarray  # products with the unknowns over fitted blocks, shape (i, p, b)
     whitened: np.ndarray  # these products, whitened, shape (i, p, b)
     matrix: np.ndarray  # normal matrices of the coefficients, shape (i, p, p)
@@ -24,78 +50,80 @@ class Eliminated:
 
     @classmethod
     def of(cls, prediction: Prediction, alike: Sequence[Thinned]) -> "Eliminated":
-        """Eliminate the unknowns of a prediction from candidates with the same number of columns."""
+        """Eliminate the unknowns of a prediction from candidates with as many columns on the same joints."""
         shape = len(alike), alike[0].values.shape[2]
         products, matrix = np.zeros((*shape, len(prediction.rows.std))), np.zeros((*shape, shape[1]))
-        right, by_joint = np.zeros(shape), _by_joint(prediction, alike)
-        fitted = prediction.blocks.fitted
-        for joint, (members, columns) in by_joint.items():
-            acting = prediction.sums.acting[joint]
-            rows = columns[:, :, fitted].reshape(len(members), shape[1], -1)
-            unknowns = prediction.whitened[joint][fitted].reshape(-1, len(acting))
-            products[members[:, None, None], np.arange(shape[1])[:, None], acting] += rows @ unknowns
-            matrix[members] += gram(rows)
-            right[members] += rows @ prediction.whitened_torque[fitted, joint].ravel()
-        whitened = products @ prediction.root.T
-        unexplained = _torque(prediction, -(whitened @ prediction.root))
-        for joint, (members, columns) in by_joint.items():
-            unexplained[members, :, :, joint] += columns
-        return cls(
-            prediction,
-            unexplained,
-            products,
-            whitened,
-            matrix - gram(whitened),
-            right - products @ prediction.values,
-        )
+        right, by_joint, fitted = np.zeros(shape), dict[int, ActingOn](), prediction.blocks.fitted
+        for place, joint in enumerate(alike[0].joints.tolist()):
+            values = np.stack([columns.values[:, place].T for columns in alike])
+            by_joint[joint] = own = ActingOn.of(prediction, joint, values)
+            products[:, :, prediction.sums.acting[joint]] += own.products[fitted].sum(axis=0)
+            matrix += own.squares[fitted].sum(axis=0)
+            right += own.torque[fitted].sum(axis=0)
+        whitened, eliminated = products @ prediction.root.T, right - products @ prediction.values
+        return cls(prediction, by_joint, products, whitened, matrix - gram(whitened), eliminated)
 
     def decrease(self, coefficients: np.ndarray) -> np.ndarray:
         """Decrease of the unknowns, shape (i, b), with coefficients (i, p)."""
-        # Faster than matrix products for few rows.
-        return np.asarray(np.einsum("ip,ipb->ib", coefficients, self.whitened)) @ self.prediction.root
+        return combined(coefficients, self.whitened) @ self.prediction.root
 
-    @cached_property
-    def left_out(self) -> np.ndarray:
-        """The unexplained part in each block if this block is left out, shape (i, p, k, n, l)."""
-        flat = self.unexplained.reshape(-1, *self.unexplained.shape[2:])
-        return self.prediction.leaving_out.applied(flat).reshape(self.unexplained.shape)
+    def left_out(self, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficients (k, i, p) without each block, and the decrease (k, i, b) of the unknowns with them."""
+        prediction, fitted = self.prediction, self.prediction.blocks.fitted
+        values, shape = prediction.left_out[fitted], (np.count_nonzero(fitted), *self.right.shape)
+        whitened = np.zeros((*shape, values.shape[1]))
+        matrix, right = np.zeros((*shape, shape[2])), np.tile(fits.precision * fits.mean, (shape[0], 1, 1))
+        for joint, own in self.acting.items():
+            squares, products, torque = (
+                block[fitted].sum(axis=0) - block[fitted] for block in (own.squares, own.products, own.torque)
+            )
+            flat = products.reshape(shape[0], -1, products.shape[3])
+            unknowns = values[:, prediction.sums.acting[joint], None]
+            whitened += (flat @ prediction.roots_without[joint]).reshape(whitened.shape)
+            matrix += squares
+            right += torque - (flat @ unknowns).reshape(shape)
+        matrix = with_diagonal(matrix - gram(whitened), fits.precision)
+        # Held-out blocks are predicted by all fitted ones.
+        coefficients = np.tile(fits.values, (len(fitted), 1, 1))
+        decrease = np.tile(self.decrease(fits.values), (len(fitted), 1, 1))
+        coefficients[fitted] = solved(matrix, right, fits.values, fits.free)
+        decrease[fitted] = combined(coefficients[fitted], whitened) @ prediction.root_without
+        return coefficients, decrease
+
+    def compared(self, fits: Fitted) -> tuple[np.ndarray, np.ndarray]:
+        """Products of each candidate's whitened change of the prediction by other blocks, both (k, i, n).
+
+        The first is the product with the residual, the second that with itself.
+        """
+        prediction, (coefficients, decrease) = self.prediction, self.left_out(fits)
+        linear = np.empty((*decrease.shape[:2], prediction.joints))
+        square = np.empty(linear.shape)
+        for joint, places in enumerate(prediction.sums.acting):
+            unknowns = decrease[:, :, places]
+            linear[:, :, joint] = -(unknowns @ prediction.along_errors[joint][:, :, None])[:, :, 0]
+            square[:, :, joint] = prediction.squares(joint, unknowns)
+            if own := self.acting.get(joint):
+                change = own.squares @ coefficients[..., None] - 2.0 * own.products @ unknowns[..., None]
+                linear[:, :, joint] += (coefficients * own.errors).sum(axis=2)
+                square[:, :, joint] += (coefficients * change[..., 0]).sum(axis=2)
+        return linear, np.maximum(square, 0.0)
 
     def predicted(self, fits: Fitted) -> np.ndarray:
-        """Change of the whitened prediction of each block by the others with each candidate, (i, k, n, l)."""
-        residual, fitted = self.prediction.whitened_errors, self.prediction.blocks.fitted[:, None]
-        own, left_out = (x.reshape(*x.shape[:3], -1) for x in (self.unexplained, self.left_out))
-        products = np.einsum("ipkr,iqkr->ikpq", own, left_out)
-        along = np.einsum("ipkr,kr->ikp", own, residual.reshape(len(residual), -1))
-        # A fit without a block has less information; without a held-out block, it is the same.
-        matrix = with_diagonal(self.matrix, fits.precision)[:, None] - products * fitted[..., None]
-        right = (along - np.einsum("ikpq,iq->ikp", products, fits.values)) * fitted
-        decrease = solved(matrix, right, np.zeros(right.shape), fits.free[:, None])
-        change = np.einsum("ikp,ipkr->ikr", fits.values[:, None] - decrease, left_out)
-        return change.reshape(len(change), *residual.shape)
+        """Change of the whitened prediction of each block by the others, of one candidate, (k, n, l)."""
+        coefficients, decrease = self.left_out(fits)
+        change = np.zeros(self.prediction.whitened_errors.shape)
+        for joint, (columns, places) in enumerate(
+            zip(self.prediction.whitened, self.prediction.sums.acting, strict=True)
+        ):
+            change[:, joint] = -(columns @ decrease[:, 0, places, None])[:, :, 0]
+        for joint, own in self.acting.items():
+            change[:, joint] += combined(coefficients[:, 0], own.columns[:, 0])
+        return change
 
 
-def _by_joint(prediction: Prediction, alike: Sequence[Thinned]) -> dict[int, tuple[np.ndarray, np.ndarray]]:
-    """Joint -> numbers (m,) of the candidates that act on it, and their whitened columns (m, p, k, l)."""
-    places: dict[int, list[tuple[int, int]]] = {}
-    for number, columns in enumerate(alike):
-        for place, joint in enumerate(columns.joints.tolist()):
-            places.setdefault(joint, []).append((number, place))
-    by_joint = {}
-    for joint, acting in places.items():
-        rows = np.stack([alike[number].values[:, place].T for number, place in acting])
-        rows *= prediction.rows.weight[:, joint]
-        columns = prediction.sums.arranged(rows) * prediction.scale[:, joint, None]
-        by_joint[joint] = np.array([number for number, _ in acting]), columns
-    return by_joint
-
-
-def _torque(prediction: Prediction, unknowns: np.ndarray) -> np.ndarray:
-    """Whitened torque of unknowns (..., b) in each block, shape (..., k, n, l)."""
-    torque = np.empty((*unknowns.shape[:-1], *prediction.whitened_errors.shape))
-    for joint, (columns, acting) in enumerate(zip(prediction.whitened, prediction.sums.acting, strict=True)):
-        rows = unknowns[..., acting] @ columns.reshape(-1, len(acting)).T
-        torque[..., joint, :] = rows.reshape(*unknowns.shape[:-1], *columns.shape[:2])
-    return torque
+def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Linear combinations (..., b) of rows (..., p, b); faster than matrix products for few rows."""
+    return np.asarray(np.einsum("...p,...pb->...b", coefficients, rows))
 
 
 def gram(rows: np.ndarray) -> np.ndarray:

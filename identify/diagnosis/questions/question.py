@@ -11,7 +11,7 @@ from .candidate import Candidate, Thinned
 from .candidate_fit import Fitted, fitted, within_limits
 from .eliminated import Eliminated, gram
 
-TOGETHER = 1e6
+TOGETHER = 2e6
 """Numbers that the columns of candidates evaluated at once have: they stay in the processor's cache."""
 
 
@@ -25,12 +25,12 @@ def ask(
         pairs: Candidates and their columns.
         strange: Whether to include candidates that physics excludes only in this shape.
     """
-    groups: dict[int, list[tuple[Candidate, Thinned]]] = {}
-    for pair in pairs:
-        groups.setdefault(pair[1].values.shape[2], []).append(pair)
+    groups: dict[tuple[int, ...], list[tuple[Candidate, Thinned]]] = {}
+    for candidate, columns in pairs:
+        groups.setdefault((len(columns.mean), *columns.joints), []).append((candidate, columns))
     return [
         answer
-        for count, alike in groups.items()
+        for (count, *_), alike in groups.items()
         for together in [max(1, int(TOGETHER / (count * prediction.whitened_errors.size)))]
         for start in range(0, len(alike), together)
         for answer in _answers(prediction, alike[start : start + together])
@@ -39,10 +39,10 @@ def ask(
 
 
 def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]]) -> list[Answer]:
-    """Answers of candidates with the same number of columns."""
+    """Answers of candidates with as many columns on the same joints."""
     eliminated = Eliminated.of(prediction, [columns for _, columns in alike])
     fits, relief = _fitted(eliminated, alike)
-    errors, along, size = _compared(prediction, eliminated.predicted(fits))
+    errors, along, size = _compared(prediction, *eliminated.compared(fits))
     share = prediction.weighting.independent
     gains = prediction.log_probability(errors, share) - prediction.log_probability_now
     return [
@@ -69,7 +69,7 @@ def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
         columns.mean[None],
         np.ones(1, bool),
     )
-    [change] = Eliminated.of(prediction, [columns]).predicted(fits)
+    change = Eliminated.of(prediction, [columns]).predicted(fits)
     return prediction.sums.in_sequence(change / prediction.scale[:, :, None])
 
 
@@ -86,16 +86,18 @@ def _fitted(eliminated: Eliminated, alike: Sequence[tuple[Candidate, Thinned]]) 
     return fits, _relief(prediction, change, fits, candidates) - _optimism(eliminated.matrix, informed, fits)
 
 
-def _compared(prediction: Prediction, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _compared(
+    prediction: Prediction, linear: np.ndarray, square: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k).
 
     Args:
         prediction: Prediction without the candidates.
-        change: Change of the whitened prediction of each block with each candidate, shape (i, k, n, l).
+        linear: Product of each effect with the residual, whitened, shape (k, i, n).
+        square: Square of each effect, whitened, shape (k, i, n).
     """
     noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
-    linear = np.einsum("iknl,knl->ikn", change, prediction.whitened_errors) / prediction.scale**2
-    square = np.einsum("iknl,iknl->ikn", change, change) / prediction.scale**2
+    linear, square = (np.swapaxes(product, 0, 1) / prediction.scale**2 for product in (linear, square))
     errors = np.maximum(prediction.errors - 2.0 * linear + square, 1e-12)
     # A block predicted from motions too unlike its own is down-weighted, as in a fit.
     weight = noise * trusted(share * noise * errors, share * prediction.sums.counts)

@@ -18,7 +18,6 @@ from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate
 from ..questions.candidate_fit import FORMULA
 from ..runs.driven import Driven
-from ..runs.rows import Rows
 
 CURVE = "curve"
 """Prefix of the names of unknowns for the error of a formula."""
@@ -88,14 +87,18 @@ def _columns(findings: Sequence[Answer], joints: int) -> np.ndarray:
     return np.concatenate([answer.columns.everywhere(joints) for answer in findings], axis=2)
 
 
-def with_mismatches(
-    rows: Rows, formulas: Sequence[Mismatch], findings: Sequence[Answer], splines: Mapping[Place, np.ndarray]
-) -> Rows:
-    """Rows with the unknowns of mismatches; splines (r, n, s) by place, over the runs of the findings."""
-    for mismatch in formulas:
-        columns = mismatch.columns(splines[mismatch.place], findings)
-        rows = rows.plus(mismatch.names, columns, np.full(mismatch.effect.count, mismatch.std))
-    return rows
+def unknowns_of(
+    formulas: Sequence[Mismatch], findings: Sequence[Answer], splines: Mapping[Place, np.ndarray]
+) -> list[tuple[list[str], np.ndarray, np.ndarray]]:
+    """Names, columns and prior standard deviations of mismatches; splines (r, n, s) by place."""
+    return [
+        (
+            mismatch.names,
+            mismatch.columns(splines[mismatch.place], findings),
+            np.full(mismatch.effect.count, mismatch.std),
+        )
+        for mismatch in formulas
+    ]
 
 
 def _place(candidate: Candidate) -> Place | None:

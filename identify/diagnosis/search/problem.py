@@ -22,11 +22,10 @@ from ..candidates.contact_event import FlangeTorque
 from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
-from ..questions.question import ask
 from ..runs.driven import Driven
 from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
-from .mismatch import Place, mismatches, splines_of, with_mismatches
+from .mismatch import Place, mismatches, splines_of, unknowns_of
 
 ALIKE = 2e-3
 """Relative change of a load that is ignored [-]: it shifts the crossing of backlash by a few milliseconds."""
@@ -34,10 +33,6 @@ RECENT = 4
 """Number of predictions in the cache, of tens of megabytes each."""
 FREE = (REVERSAL, CLOCK)
 """Prefixes of the nuisances that are fitted even where the model is held at its nominal values."""
-
-INVISIBLE, REFUTED = 1.0, -10.0
-"""Squared torque over noise, and gain in log probability, below which a candidate with columns at an earlier
-load does not get columns at the present one: its torque would have to change by far more than the load."""
 
 Pairs = list[tuple[Candidate, Thinned]]
 
@@ -165,27 +160,12 @@ class Problem:
             self.formed[candidate] = anew(candidate, columns, self.runs)
         return self.formed[candidate]
 
-    def pairs(
-        self, wanted: Callable[[Candidate, np.ndarray], bool], prediction: Prediction | None = None
-    ) -> Pairs:
-        """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load.
-
-        Given a prediction, candidates that columns at an earlier load refute keep these columns.
-        """
+    def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Pairs:
+        """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load."""
         pairs = [pair for pair in self.candidates if wanted(pair[0], pair[1].joints)]
         if not self.moved:
             return pairs
-        open_ = {candidate for candidate, _ in pairs if candidate.loaded and candidate not in self.formed}
-        if prediction is not None:
-            earlier = [pair for pair in pairs if pair[0] in open_]
-            answers = ask(prediction, earlier, strange=True)
-            open_ = {answer.candidate for answer in answers if _in_play(answer)}
-        return [
-            (candidate, self.columns_at_load(candidate, columns))
-            if candidate in open_ or candidate in self.formed
-            else (candidate, columns)
-            for candidate, columns in pairs
-        ]
+        return [(candidate, self.columns_at_load(candidate, columns)) for candidate, columns in pairs]
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -210,17 +190,13 @@ class Problem:
         for answers, prediction in self._recent:
             if len(answers) == len(findings) and all(map(operator.is_, answers, findings)):
                 return prediction
-        rows = with_findings(self._with_mismatches(findings), findings)
+        formulas = mismatches(findings, self._curve)
+        splines = {mismatch.place: self._curve(mismatch.place)[1] for mismatch in formulas}
+        rows = with_findings(self.rows, findings, unknowns_of(formulas, findings, splines))
         sums = self._sums.plus(rows, len(self.rows.std))
         prediction = _predicted(rows, self.blocks, self.runs, similar, sums, self.without_findings.errors)
         self._recent.appendleft((tuple(findings), prediction))
         return prediction
-
-    def _with_mismatches(self, findings: Sequence[Answer]) -> Rows:
-        """The rows with unknowns for the errors of the findings' formulas."""
-        formulas = mismatches(findings, self._curve)
-        splines = {mismatch.place: self._curve(mismatch.place)[1] for mismatch in formulas}
-        return with_mismatches(self.rows, formulas, findings, splines)
 
     def _curve(self, place: Place) -> tuple[TorqueCurve, np.ndarray]:
         """The curve at a place, and its splines (r, n, s)."""
@@ -298,26 +274,28 @@ class Problem:
         return moved, fresh
 
 
-def _in_play(answer: Answer) -> bool:
-    return answer.gain > REFUTED and float(answer.size.sum()) > INVISIBLE
-
-
 def _rows(model: Model, runs: Sequence[Driven], values: np.ndarray, before: Rows) -> Rows:
     """Rows at the load given by parameters (p,); unchanged if no friction of the model depends on load."""
     return model_rows(model, runs, values) if any(effect.needs_load for effect in model.effects) else before
 
 
-def with_findings(rows: Rows, findings: Sequence[Answer]) -> Rows:
-    """Rows with the columns of findings."""
+def with_findings(
+    rows: Rows, findings: Sequence[Answer], curves: Sequence[tuple[list[str], np.ndarray, np.ndarray]] = ()
+) -> Rows:
+    """Rows with the unknowns of curves (names, columns, standard deviations), then those of findings."""
     if not findings:
         return rows
-    joints = rows.difference.shape[1]
+    joints, of_curves = rows.difference.shape[1], [name for names, _, _ in curves for name in names]
+    of_findings = [(answer.candidate.effect, name) for answer in findings for name in answer.candidate.names]
+    # All at once: a copy of all columns takes as long as a fit.
     return rows.plus(
-        [f"{answer.candidate.effect} {name}" for answer in findings for name in answer.candidate.names],
-        np.concatenate([answer.columns.everywhere(joints) for answer in findings], axis=2),
-        np.concatenate([answer.std for answer in findings]),
-        np.concatenate([answer.mean for answer in findings]),
-        [limit for answer in findings for limit in answer.candidate.lower],
+        [*of_curves, *map(" ".join, of_findings)],
+        np.concatenate(
+            [*(c for _, c, _ in curves), *(answer.columns.everywhere(joints) for answer in findings)], axis=2
+        ),
+        np.concatenate([*(std for *_, std in curves), *(answer.std for answer in findings)]),
+        np.concatenate([np.zeros(len(of_curves)), *(answer.mean for answer in findings)]),
+        [-np.inf] * len(of_curves) + [limit for answer in findings for limit in answer.candidate.lower],
     )
 
 

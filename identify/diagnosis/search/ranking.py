@@ -54,7 +54,7 @@ def ranked(
         fresh = candidate.key not in present_keys and not candidate.covered(present)
         return fresh and not allowed.isdisjoint(acting)
 
-    pairs = problem.pairs(wanted, prediction)
+    pairs = problem.pairs(wanted)
     for kind in KINDS.values():
         suggested = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
         pairs += [

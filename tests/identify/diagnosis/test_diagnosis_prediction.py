@@ -95,7 +95,9 @@ def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case
     pieces = blocks(lengths, HELD_OUT)
     given, pair = question(case, given, random)
     prediction = predicted(given, pieces)
-    [answer] = ask(prediction, [pair])
+    others = [question(other, given, random)[1] for other in (case, *CASES)]
+    answers = ask(prediction, [*others, pair], strange=True)
+    [answer] = [answer for answer in answers if answer.columns is pair[1]]
     exact, with_it = errors(prediction, pair)
     np.testing.assert_allclose(answer.errors, exact, rtol=1e-5, atol=1e-11)
     np.testing.assert_allclose(answer.values, brute(prediction, -1, pair)[0][UNKNOWNS:], rtol=1e-5)
