@@ -23,7 +23,7 @@ class Adequacy:
 
     Attributes:
         shares: Left-out residual over torque of each joint, shape (n,) [-].
-        shares_alone: The same with parameters of its own for each joint, shape (n,) [-].
+        shares_alone: Left-out residual over torque with separate parameters for each joint, shape (n,) [-].
         pooled_share: Left-out residual over torque of all joints together [-].
         failing: Joints that do not fit as correct data do, from 0; empty where the model is adequate.
         misfits: Where and when the residual of failing joints concentrates.

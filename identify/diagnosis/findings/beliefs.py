@@ -34,7 +34,7 @@ class Beliefs:
         departures: Parameters that leave their tolerance in the model of the diagnosis, with all findings.
         described_rms: Held-out residual with bodies as described and all findings, shape (n,) [N m]; that of
             left-out blocks without held-out runs.
-        free_rms: The same with free bodies and without the conditional findings, shape (n,) [N m].
+        free_rms: Held-out residual with free bodies and without the conditional findings, shape (n,) [N m].
     """
 
     conditional: tuple[Count, ...]

@@ -95,12 +95,12 @@ def _material(answer: Answer, prediction: Prediction) -> bool:
     This is judged on that of its joints that shows it best, by the common variance of blocks. A smooth torque
     must also exceed the sensors' error of the joint's usual torque.
     """
-    own = answer.columns.joints
-    joint = int(own[np.argmax(answer.by_joint[own])])
+    acting = answer.columns.joints
+    joint = int(acting[np.argmax(answer.by_joint[acting])])
     before, explained = explained_variance(prediction, answer, joint)
     least, usual = FORMULA**2 * before, answer.columns.usual
     if answer.candidate.smooth and usual is not None:
-        least = max(least, (LINEAR * usual[own == joint][0]) ** 2)
+        least = max(least, (LINEAR * usual[acting == joint][0]) ** 2)
     return explained > least or answer.relief > CERTAIN_ODDS
 
 

@@ -126,9 +126,9 @@ def _absorbed(result: SearchResult, freely: SearchResult) -> list[Selected]:
 def _restores(result: SearchResult, finding: Selected, free: Prediction) -> bool:
     """Whether a joint of a finding fits nearly as well as with free bodies, and by far not without it."""
     others = [other for other in result.selected if other is not finding]
-    own = finding.answer.columns.joints
+    acting = finding.answer.columns.joints
     without, with_it, freely = (
-        _residual(prediction)[own] ** 2
+        _residual(prediction)[acting] ** 2
         for prediction in (result.problem.prediction(answers_of(others)), result.prediction, free)
     )
     explained, more = without - with_it, without - freely

@@ -24,7 +24,7 @@ from .simpler import simplest
 PASSES = 6
 """Maximum number of passes: most searches converge in two or three; in some, findings keep alternating."""
 CHECKS = 2
-"""Maximum number of checks by held-out runs: the search goes on without what they contradict."""
+"""Maximum number of checks by held-out runs: the search continues without what they contradict."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,8 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     """Find the effects that the model lacks.
 
     Findings are added, replaced and removed until no step makes the fitted blocks more probable. Then
-    held-out runs judge the torque that the findings predict; the search goes on without what they contradict.
+    held-out runs judge the torque that the findings predict, and the search continues without those that they
+    contradict.
 
     Args:
         problem: Problem to search.
@@ -63,9 +64,9 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     total, out = total_prior(problem), set[object]()
     for _ in range(CHECKS):
         problem, selected = _converged(problem, selected, total, shapes, out)
-        kept = checked_by_held_out(problem, selected, without_findings, total)
-        gone = keys_of(selected) - keys_of(kept)
-        selected, out = kept, out | gone
+        checked = checked_by_held_out(problem, selected, without_findings, total)
+        gone = keys_of(selected) - keys_of(checked)
+        selected, out = checked, out | gone
         if not gone:
             break
     problem = nominal_if_better(problem, selected, without_findings)
@@ -77,8 +78,8 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
 def with_shown(result: SearchResult) -> SearchResult:
     """The result with undecided findings that only the held-out runs make credible."""
     problem, out = result.problem, result.out
-    left = ranked(problem, result.prediction, result.selected, result.shapes)
-    open_ = [answer for answer in left if answer.candidate.key not in out]
+    answers = ranked(problem, result.prediction, result.selected, result.shapes)
+    open_ = [answer for answer in answers if answer.candidate.key not in out]
     selected = (*result.selected, *shown_by_held_out(open_, total_prior(problem)))
     prediction = problem.prediction(answers_of(selected))
     return replace(result, selected=selected, prediction=prediction)

@@ -137,10 +137,10 @@ def odds_of(answer: Answer, total: float) -> float:
     It must be seen on joints to which it gives torque: others gain if it frees masses that fit errors there.
     An effect on the whole arm must also be seen without the joint that shows it best. Otherwise -inf.
     """
-    own = float(answer.by_joint[answer.columns.joints].sum())
+    seen = float(answer.by_joint[answer.columns.joints].sum())
     if not answer.candidate.joints and len(answer.by_joint) > 1:
-        own = answer.gain - answer.relief - max(float(answer.by_joint.max()), 0.0)
-    return odds_on_any_joint(answer, total) if own + answer.relief > CERTAIN_ODDS else -np.inf
+        seen = answer.gain - answer.relief - max(float(answer.by_joint.max()), 0.0)
+    return odds_on_any_joint(answer, total) if seen + answer.relief > CERTAIN_ODDS else -np.inf
 
 
 def contradicted(answer: Answer) -> bool:
