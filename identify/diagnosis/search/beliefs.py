@@ -193,8 +193,9 @@ def _groups(model: Model) -> dict[str, tuple[str, int]]:
     """Group and joint of each parameter that belongs to a body, a rotor or a drive, by name."""
     groups: dict[str, tuple[str, int]] = {}
     for effect in model.effects:
-        group = "link" if effect.of_links else "rotor" if name_of(effect) == "rotor_inertia" else ""
-        pairs = zip(effect.parameters(model.robot), effect.parameter_joints(model.robot), strict=True)
-        if group:
+        kind, joints = kind_of(name_of(effect)), effect.parameter_joints(model.robot)
+        rotor = kind.family == "mass" and not kind.of_body
+        if group := "link" if effect.of_links else "rotor" if rotor else "":
+            pairs = zip(effect.parameters(model.robot), joints, strict=True)
             groups |= {parameter.name: (group, joint) for parameter, joint in pairs if joint is not None}
     return groups | {f"{GAIN}{joint + 1}": ("drive gain", joint) for joint in range(model.robot.dof)}
