@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from ..questions.block_answer import Answer
+from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.comparison import relative_change
 from .problem import Problem
 from .selected import Selected, answers_of, odds_on_any_joint
@@ -51,6 +51,16 @@ def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
         )
         for finding in selected
     ]
+
+
+def supported(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
+    """The findings that are proven, or that held-out runs make credible.
+
+    Any other finding would shift the values of the others and explain nothing.
+    """
+    no_held_out = bool(np.all(problem.blocks.fitted))
+    judged = proven(problem, selected)
+    return [f for f in judged if f.proven or no_held_out or f.answer.held_out > CERTAIN_ODDS]
 
 
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:

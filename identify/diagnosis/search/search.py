@@ -14,7 +14,7 @@ from ..questions.question import ask
 from ..questions.shape import refined
 from .additions import at_own_load, formula_first, material_answers, with_additions, without_idle_curves
 from .checks import checked_by_held_out, nominal_if_better, with_refined_shape
-from .held_out import proven, shown_by_held_out
+from .held_out import proven, shown_by_held_out, supported
 from .objective import advantage
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
@@ -64,7 +64,7 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     total, out = total_prior(problem), set[object]()
     for _ in range(CHECKS):
         problem, selected = _converged(problem, selected, total, shapes, out)
-        checked = checked_by_held_out(problem, selected, without_findings, total)
+        checked = supported(problem, checked_by_held_out(problem, selected, without_findings, total))
         gone = keys_of(selected) - keys_of(checked)
         selected, out = checked, out | gone
         if not gone:

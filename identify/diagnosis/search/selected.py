@@ -152,7 +152,8 @@ def odds_on_any_joint(answer: Answer, total: float) -> float:
     """Log odds that an effect is there, even if one joint alone sees it: for weighing rivals."""
     if not answer.gain > 0.0:
         return -np.inf
-    odds = against_all(answer.odds, _common(answer, total)) if answer.candidate.everywhere else answer.odds
+    several = answer.candidate.everywhere and len(answer.by_joint) > 1
+    odds = against_all(answer.odds, _common(answer, total)) if several else answer.odds
     return odds + log_prior(answer, total)
 
 
