@@ -18,8 +18,8 @@ from ..search.problem import Problem
 from ..search.search import SearchResult
 
 UNFITTED = 0.125
-"""Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-]. With
-findings it is at most .11 in correct recordings, that of a small servo, and at least .14 in wrong ones."""
+"""Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-].
+With findings it is at most .11 in correct recordings (a small servo), and at least .14 in wrong ones."""
 APART = 2.5
 """Left-out residual of a joint over that with separate parameters above which it fits only alone [-]. Without
 findings it is .9 to 2.5 in 28 of 30 correct recordings; with findings, both limits fail about one in ten."""
