@@ -87,6 +87,12 @@ def without_harmful(
     return selected
 
 
+def harmful(problem: Problem, findings: Sequence[Selected], without_findings: Prediction) -> bool:
+    """Whether a held-out joint is predicted worse with these findings than by the baseline."""
+    allowed = WORSE**2 * np.maximum(_held_out(problem, [], without_findings), 1.0)
+    return bool(np.any(_held_out(problem, findings, without_findings) > allowed))
+
+
 def _in_another_shape(
     problem: Problem,
     others: Sequence[Selected],

@@ -13,7 +13,7 @@ from ..questions.comparison import seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .additions import at_own_load, formula_first, material_answers, with_additions, without_idle_curves
-from .checks import checked_by_held_out, nominal_if_better, with_refined_shape
+from .checks import checked_by_held_out, harmful, nominal_if_better, with_refined_shape
 from .held_out import proven, shown_by_held_out, supported
 from .objective import advantage
 from .problem import Problem
@@ -80,7 +80,10 @@ def with_shown(result: SearchResult) -> SearchResult:
     problem, out = result.problem, result.out
     answers = ranked(problem, result.prediction, result.selected, result.shapes)
     open_ = [answer for answer in answers if answer.candidate.key not in out]
-    selected = (*result.selected, *shown_by_held_out(open_, total_prior(problem)))
+    selected = result.selected
+    for finding in sorted(shown_by_held_out(open_, total_prior(problem)), key=lambda shown: -shown.odds):
+        if not harmful(problem, [*selected, finding], result.without_findings):
+            selected = (*selected, finding)
     prediction = problem.prediction(answers_of(selected))
     return replace(result, selected=selected, prediction=prediction)
 
