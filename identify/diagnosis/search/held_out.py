@@ -25,16 +25,21 @@ def shown_by_held_out(answers: Sequence[Answer], total: float) -> list[Selected]
         answers: Answers with all findings in the model.
         total: Sum of the prior weights of all hypotheses.
     """
-    best: dict[int, Selected] = {}
+    shown: dict[int, list[tuple[float, Answer]]] = {}
     for answer in answers:
         held = ~answer.fitted
         joint = int(np.argmax(answer.gains[held].sum(axis=0))) if np.any(held) else 0
         gain = answer.held_out - answer.scatter_held_out
         excludes_zero = gain > 0.0 and explains(answer.predicted[held, joint], answer.errors[held, joint])
         odds = odds_on_any_joint(answer, total) + gain if excludes_zero else -np.inf
-        if odds > max(0.0, best[joint].odds if joint in best else 0.0):
-            best[joint] = Selected(answer, odds, proven=False)
-    return list({id(finding.answer): finding for finding in best.values()}.values())
+        if odds > 0.0:
+            shown.setdefault(joint, []).append((odds, answer))
+    best: dict[int, Selected] = {}
+    for hypotheses in shown.values():
+        (odds, first), *rivals = sorted(hypotheses, key=lambda pair: -pair[0])
+        others = tuple((rival, odds - less) for less, rival in rivals)
+        best[id(first)] = Selected(first, odds, others, proven=False)
+    return list(best.values())
 
 
 def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
