@@ -147,8 +147,8 @@ def with_found(bodies: pin.Model, robot: Robot, candidate: Candidate, values: np
     """Bodies of an arm with that of a finding (p,); unchanged if it finds none, or if it leaves no mass."""
     if candidate.effect not in ("link_inertia", "payload"):
         return bodies
-    link, found = _on_link(robot, candidate.joints, dict(zip(candidate.names, values, strict=True)))
-    total = inertial_parameters(bodies.inertias[link + 1]) + of_pseudo_inertia(found)
+    link, body = _on_link(robot, candidate.joints, dict(zip(candidate.names, values, strict=True)))
+    total = inertial_parameters(bodies.inertias[link + 1]) + of_pseudo_inertia(body)
     if is_body(total):
         bodies = bodies.copy()
         bodies.inertias[link + 1] = body_inertia(total)

@@ -41,18 +41,18 @@ def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
     if one joint still fails, so do all that failed before.
     """
     problem, answers = result.problem, [finding.answer for finding in result.selected]
-    found, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
-    imitated = set(before.failing) - set(found.failing)
+    final, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
+    imitated = set(before.failing) - set(final.failing)
     for answer in answers if imitated else ():
         failing = set(adequacy(problem, problem.prediction([answer], result.prediction)).failing)
         if failing <= set(before.failing):
             imitated &= failing
-    more = set(before.failing) - set(found.failing) if imitated or found.failing else set()
-    misfits = (*found.misfits, *(misfit for misfit in before.misfits if misfit.joint in more))
-    found = replace(found, failing=tuple(sorted({*found.failing, *more})), misfits=misfits)
-    fits = [not found.fails(answer.candidate.joints) for answer in answers]
+    more = set(before.failing) - set(final.failing) if imitated or final.failing else set()
+    misfits = (*final.misfits, *(misfit for misfit in before.misfits if misfit.joint in more))
+    final = replace(final, failing=tuple(sorted({*final.failing, *more})), misfits=misfits)
+    fits = [not final.fails(answer.candidate.joints) for answer in answers]
     selected = (finding._replace(fits=fit) for finding, fit in zip(result.selected, fits, strict=True))
-    return replace(result, selected=tuple(selected)).ordered(), found
+    return replace(result, selected=tuple(selected)).ordered(), final
 
 
 def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:
@@ -84,15 +84,19 @@ def separate_errors(prediction: Prediction, shared: np.ndarray) -> np.ndarray:
     """
     sums, errors = prediction.sums, []
     for joint, (acting, columns) in enumerate(zip(sums.acting, sums.columns, strict=True)):
-        weight, own, torque = prediction.weighting.weight[:, joint], shared[:, acting], sums.torque[:, joint]
+        weight, separate, torque = (
+            prediction.weighting.weight[:, joint],
+            shared[:, acting],
+            sums.torque[:, joint],
+        )
         grams = weight[:, None, None] * (np.swapaxes(columns, 1, 2) @ columns)
         rights = weight[:, None] * (torque[:, None] @ columns)[:, 0]
         matrix, side = grams.sum(axis=0), rights.sum(axis=0)
         prior = OWN * np.diag(matrix)
         for block, (gram, right) in enumerate(zip(grams, rights, strict=True)):
             factor = factored(matrix - gram + np.diag(prior))
-            own[block] = solve(factor, side - right + prior * own[block])
-        errors.append(np.square(torque - (columns @ own[:, :, None])[:, :, 0]).sum(axis=1))
+            separate[block] = solve(factor, side - right + prior * separate[block])
+        errors.append(np.square(torque - (columns @ separate[:, :, None])[:, :, 0]).sum(axis=1))
     return np.stack(errors, axis=1)
 
 

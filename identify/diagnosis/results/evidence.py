@@ -50,11 +50,11 @@ def _with_phases(result: SearchResult) -> np.ndarray:
     values, rows = np.array(result.prediction.values), result.prediction.rows
     weight = rows.weight * ~result.problem.blocks.fitted[result.problem.blocks.number][:, None]
     for place, selected in enumerate(result.selected):
-        own = places_of(result, place)
-        columns = (rows.columns[:, :, own] * weight[:, :, None]).reshape(-1, len(own))
+        unknowns = places_of(result, place)
+        columns = (rows.columns[:, :, unknowns] * weight[:, :, None]).reshape(-1, len(unknowns))
         shown = np.any(columns, axis=0) & selected.answer.candidate.by_run
         residual = ((rows.difference - rows.columns @ values) * weight).ravel()
-        values[own[shown]] += np.linalg.lstsq(columns[:, shown], residual, rcond=None)[0]
+        values[unknowns[shown]] += np.linalg.lstsq(columns[:, shown], residual, rcond=None)[0]
     return values
 
 

@@ -60,8 +60,8 @@ def _pushes(problem: Problem, prediction: Prediction, contact: Contact) -> bool:
     torque, usual = columns @ contact.force, np.concatenate([run.torque for run in problem.runs])
     large = np.mean(torque[size > 0.0] ** 2, axis=0) > LINEAR**2 * np.mean(usual**2, axis=0)
     during = prediction.rows.weight[rows] * (size > 0.0)[:, None]
-    left = np.sum(during * (prediction.residual[rows] - torque) ** 2, axis=0)
-    noise = np.maximum(prediction.weighting.variance / prediction.weighting.independent, left / PARTS)
+    unexplained = np.sum(during * (prediction.residual[rows] - torque) ** 2, axis=0)
+    noise = np.maximum(prediction.weighting.variance / prediction.weighting.independent, unexplained / PARTS)
     std = np.sqrt(np.diag(inverse(np.einsum("rnp,rn,rnq->pq", columns, during / noise, columns))))
     return bool(np.count_nonzero(large) >= 2 and np.any(np.abs(contact.force) > INTERVAL * std))
 

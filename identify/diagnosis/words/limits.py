@@ -23,8 +23,8 @@ def warnings(diagnosis: Diagnosis, said: Sequence[str] = ()) -> list[str]:
         *_of_beliefs(diagnosis),
         *map(moment_sentence, diagnosis.moments),
     ]
-    if left := [each.joint for each in diagnosis.remainders if each.depends_on == UNCERTAIN]:
-        lines.append(f"an unexplained residual remains on {joints_words(left, diagnosis.joints)}")
+    if joints := [each.joint for each in diagnosis.remainders if each.depends_on == UNCERTAIN]:
+        lines.append(f"an unexplained residual remains on {joints_words(joints, diagnosis.joints)}")
     sentences = dict.fromkeys(full(line, runs) for line in (*lines, *diagnosis.warnings))
     return [line for line in sentences if not any(line in other for other in said)]
 
