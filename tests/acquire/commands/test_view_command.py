@@ -251,8 +251,8 @@ def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp
     [
         # position, tracking error, velocity, current, residual, arm, events, what is inside
         ("run.mcap", 8),
-        # of each of three runs: two findings, every joint before and after, arm, moments; and seven texts
-        ("diagnosis.json", 3 * 6 + 7),
+        # of each of three runs: two findings, every joint before and after, arm, moments; and four texts
+        ("diagnosis.json", 3 * 6 + 4),
     ],
 )
 def test_window_shows_every_view_without_complaint(name, count, files, monkeypatch):
