@@ -23,9 +23,9 @@ from .position_servos import BY_SERVO, only_commanded, servo_gains, with_error
 from .proposed_units import Log, joint_odds, propose_units
 from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
 from .samples import LONG, runs_of
+from .search import posterior
 from .suspicion import Guess
 from .units import STATED, TIME, Units, affine, moves, quirks
-from .weigh import posterior
 
 FOLLOWS = 2.0
 """Maximum ratio of the motion of a command and of the joint that follows it, or the reverse."""
