@@ -14,7 +14,7 @@ from exidyn.identification.plausible.change import with_gravity
 from exidyn.identification.plausible.gate import doubts, suspect
 from exidyn.identification.plausible.samples import sampled_run
 from exidyn.identification.plausible.shares import Columns
-from exidyn.identification.plausible.suspicion import NONE_OF_THESE
+from exidyn.identification.plausible.suspicion import AT_TIMES, NONE_OF_THESE, OTHER_MASSES
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model
 
@@ -116,7 +116,38 @@ def test_another_robot_is_not_explained():
     other, log = read_model("kr270"), cobot_log()
     suspicion = suspect([recording(log.position, log.current, other)], other)
     assert suspicion is not None
-    assert suspicion.name == NONE_OF_THESE
+    assert suspicion.name in (NONE_OF_THESE, OTHER_MASSES)
+
+
+def test_mistakes_that_no_list_has_are_composed():
+    """A joint that counts the other way, an elbow against the ground, and both at once."""
+    turned = scaled(LOG.position, 2, -1.0), scaled(LOG.current, 2, -1.0)
+    suspicion = suspect([recording(*turned)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.what.startswith("joint3 counts the other way")
+    ground = LOG.position.copy()
+    ground[:, 2] += ground[:, 1]
+    suspicion = suspect([recording(ground)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.what == "the position of joint3 is the sum of joint3 and joint2"
+    both = suspect([recording(scaled(ground, 3, 180 / np.pi))], LOG.model)
+    assert both is not None
+    assert {"the position of joint4 is in degrees", suspicion.what} == set(both.what.split("; "))
+
+
+def test_two_clocks_and_a_push_are_told_from_wrong_columns():
+    drift = 0.012 * LOG.time
+    late = np.stack([np.interp(LOG.time - drift, LOG.time, column) for column in LOG.current.T], axis=1)
+    suspicion = suspect([recording(current=late)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.name == "two_clocks"
+    assert "differ by 1.2" in suspicion.what
+    pushed = LOG.current.copy()
+    rows = (LOG.time > 8.0) & (LOG.time < 9.5)
+    pushed[rows] += 0.5 * LOG.current.std(axis=0)
+    suspicion = suspect([recording(current=pushed)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.name == AT_TIMES
 
 
 def test_mistakes_of_two_signs_of_scales_and_of_weight_are_named():
