@@ -44,9 +44,9 @@ FEWEST = 40
 
 
 def described(robot: Robot) -> bool:
-    """Whether a description has real masses rather than the same number for all links."""
+    """Whether a description has plausible masses rather than the same number for all links."""
     masses = np.array([inertia.mass for inertia in list(robot.kinematics.inertias)[1:]])
-    return bool(masses.sum() > 0 and (len(masses) == 1 or np.ptp(masses) > 0))
+    return robot.body_units.informative and bool(len(masses) == 1 or np.ptp(masses) > 0)
 
 
 def tool(robot: Robot) -> np.ndarray:
