@@ -138,7 +138,7 @@ def _identify(
         compared = repeatability(model, equations, fit.estimate.gain, values, used, recordings[: len(runs)])
         fit = replace(fit, repeatability=compared)
     warnings = (
-        *fit_warnings(fit),
+        *fit_warnings(fit, equations),
         *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
         *_payload_warnings(model, used, held_out),

@@ -70,6 +70,15 @@ def test_what_no_arm_can_have_is_named_with_what_is_taken(impossible):
     assert "Exported otherwise" in report_html(impossible)
 
 
+@pytest.mark.parametrize(
+    ("share", "words"), [(1.0, "no residual shows"), (0.1, "the runs contain an effect")]
+)
+def test_inconsistent_values_are_a_missing_effect_only_if_a_residual_shows_it(impossible, share, words):
+    runs = tuple(replace(run, noise=share * run.residual_rms) for run in impossible.agreement)
+    [sentence] = [line for line in verdict(replace(impossible, agreement=runs)) if "inconsistent" in line]
+    assert words in sentence
+
+
 @pytest.mark.parametrize(("rows", "value"), [([0], 0.0), ([0, 1, 2], None), (slice(None), 0.0)])
 def test_what_is_known_exactly_is_exported_as_it_is(rows, value):
     """Rows of zeros in a covariance: nothing is known better than to a millionth, and nothing overflows."""
