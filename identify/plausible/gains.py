@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
 from ..text_table import NORMAL_95, digits
 from .described_bodies import ANY, KINDS, Likelihood, mean_of_logs
@@ -12,6 +13,9 @@ from .suspicion import DECIDED, Guess
 
 TELLS = 0.35
 """Standard deviation of the logarithm up to which a size counts as known: a factor of two is two of them."""
+UNDECIDED = 1.0
+"""Relative standard deviation of an undecided gain: zero and twice the value are one of it away. A gain that
+the log determines less well is not proposed."""
 EXACT = 0.1
 """Standard deviation of the log ratio of measured and true torque: sensors are calibrated."""
 UNLIKE = float(np.log(0.05))
@@ -42,8 +46,13 @@ class Gain(NamedTuple):
     @property
     def known(self) -> bool:
         """Whether both sign and size are certain enough to be written to a file."""
+        return self.proposed and self.relative <= TELLS
+
+    @property
+    def proposed(self) -> bool:
+        """Whether the sign is certain enough, and the size known to within its standard deviation."""
         sure = max(self.positive, 1 - self.positive) >= DECIDED
-        return bool(np.isfinite(self.value) and self.relative <= TELLS and sure)
+        return bool(np.isfinite(self.value) and self.relative <= UNDECIDED and sure)
 
 
 def gains(reading: Reading) -> list[Gain]:
@@ -93,19 +102,33 @@ def effort_odds(drives: Sequence[Gain], called: str) -> dict[str, float]:
     }
 
 
+SETTLED_BY = (
+    "[drive] gain, the torque constant of the motor [N m/A] times the gear ratio, both on their data sheets; "
+    "or a run with a known payload"
+)
+"""How a person states a drive gain."""
+
+
 def gain_guesses(joints: Sequence[str], drives: Sequence[Gain]) -> list[Guess]:
-    """One guess for each known gain, and one for all unknown gains; none if efforts are torques."""
-    why, option = "of its sign; size ± 95 %: bodies, friction", "[drive] gain, or a run with a known payload"
-    guesses, unknown = [], []
-    for joint, gain in zip(joints, drives, strict=True) if drives else ():
-        if not gain.known:
-            unknown.append(joint)
-            continue
-        size = f"{digits(gain.value)} N m ± {digits(100 * NORMAL_95 * gain.relative, 2)} %"
-        guesses.append(Guess(f"{GAIN_OF}{joint}", size, max(gain.positive, 1 - gain.positive), why, option))
-    if unknown:
-        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, why, option))
+    """Guesses of known gains, of proposed ones, and one for all others; none if efforts are torques."""
+    named = list(zip(joints, drives, strict=True)) if drives else []
+    guesses = [_size_guess(joint, gain) for joint, gain in named if gain.known]
+    guesses += [_size_guess(joint, gain) for joint, gain in named if gain.proposed and not gain.known]
+    if unknown := [joint for joint, gain in named if not gain.proposed]:
+        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, "", SETTLED_BY))
     return guesses
+
+
+def _size_guess(joint: str, gain: Gain) -> Guess:
+    """Guess of a gain: of its sign if its size is known, else that it is within a factor of two."""
+    why, size = "of its sign; size ± 95 %: bodies, friction", digits(gain.value)
+    sign = max(gain.positive, 1 - gain.positive)
+    if gain.known:
+        half = digits(100 * NORMAL_95 * gain.relative, 2)
+        return Guess(f"{GAIN_OF}{joint}", f"{size} N m ± {half} %", sign, why, SETTLED_BY)
+    within = float(2.0 * norm.cdf(np.log(2.0) / gain.relative) - 1.0)
+    words = f"{size} N m within a factor of 2, by the described masses"
+    return Guess(f"{GAIN_OF}{joint}", words, min(sign * within, DECIDED), why, SETTLED_BY)
 
 
 def _as_torque(likely: Likelihood, sign: float) -> float:

@@ -18,7 +18,7 @@ from ..robot_files.description import XML
 from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
-from .gains import GAIN_OF, Gain, gain_guesses
+from .gains import GAIN_OF, UNDECIDED, Gain, gain_guesses
 from .mistake import with_gravity
 from .proposal import Proposal
 from .suspicion import DECIDED, Guess
@@ -26,10 +26,6 @@ from .units import affine, at_rest, units_of
 
 STILL = 1e-3
 """A joint with a smaller range of positions does not move [rad, m]: a loaded gear bends by as much."""
-
-
-UNDECIDED = 1.0
-"""Relative standard deviation of an undecided gain: zero and twice the value are one of it away."""
 
 
 class Still(NamedTuple):
@@ -88,13 +84,14 @@ def robot_toml(
     """
     head = [hash_comment(f"Proposed by exidyn init from {log}; comments list what it did not decide.")]
     head += [hash_comment(_open_words(guess)) for guess in proposal.open]
-    known = any(gain.known for gain in proposal.gains) and bool(np.all(model.robot.drive_gain == 1.0))
+    proposed = any(gain.proposed for gain in proposal.gains)
+    known = proposed and bool(np.all(model.robot.drive_gain == 1.0))
     values, tolerance = _stated_gains(proposal.gains) if known else ([], [])
-    if proposal.gains and not known:
-        gains = ", ".join(digits(gain.value) if gain.known else "?" for gain in proposal.gains)
+    if proposed and not known:
+        gains = ", ".join(digits(gain.value) if gain.proposed else "open" for gain in proposal.gains)
         head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
     drive: dict[str, object] = {"gain": values, "gain_tolerance": tolerance} if known else {}
-    undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.known]
+    undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.proposed]
     if known and undecided:
         head.append(
             hash_comment(
@@ -129,14 +126,22 @@ def robot_toml(
 
 
 def _stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
-    """Gains and their relative standard deviations; unknown gains have `UNDECIDED`.
+    """Gains and their relative standard deviations; those that are not proposed have `UNDECIDED`.
 
-    A gain without information has the geometric mean of the known gains.
+    A size that the log hardly determines is drawn to the geometric mean of those that are proposed.
     """
-    usual = float(np.exp(np.mean([np.log(abs(gain.value)) for gain in gains if gain.known])))
-    values = [gain.value if np.isfinite(gain.value) else usual for gain in gains]
-    spread = [max(gain.relative, 0.01) if gain.known else UNDECIDED for gain in gains]
+    usual = float(np.exp(np.mean([np.log(abs(gain.value)) for gain in gains if gain.proposed])))
+    values = [gain.value if gain.proposed else _drawn(gain, usual) for gain in gains]
+    spread = [max(gain.relative, 0.01) if gain.proposed else UNDECIDED for gain in gains]
     return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
+
+
+def _drawn(gain: Gain, usual: float) -> float:
+    """Mean of a gain and the usual one by their logarithms: drives of one arm differ by `UNDECIDED`."""
+    if not np.isfinite(gain.value):
+        return usual
+    share = UNDECIDED**2 / (UNDECIDED**2 + gain.relative**2)
+    return float(np.sign(gain.value) * abs(gain.value) ** share * usual ** (1.0 - share))
 
 
 def preset_toml(
