@@ -97,14 +97,15 @@ def diagnose(
         for place in range(len(result.selected))
     ]
     remaining = remainders(result.prediction, answers, noise, rested, material)
-    remaining += fast_ripples(result.problem.runs, noise, torque_units(model.robot))
+    units = torque_units(model.robot, result.problem.runs[0].prepared.measures)
+    remaining += fast_ripples(result.problem.runs, noise, units)
     held_out = [run.prepared.name for run in result.problem.held_out]
     spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
     conditional = tuple(place for place, selected in enumerate(result.selected) if selected.conditional)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
-        torque_units=torque_units(model.robot),
+        torque_units=units,
         findings=tuple(in_units_of_joints(finding, model.robot) for finding in findings[:named]),
         undecided=tuple(in_units_of_joints(finding, model.robot) for finding in findings[named:]),
         remainders=tuple(remaining),

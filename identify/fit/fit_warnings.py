@@ -40,8 +40,9 @@ def unknown_scale(fit: Fit) -> tuple[str, ...]:
         return ()
     return (
         "currents were recorded and no drive gain is known: every value is per N m/A of its joint and "
-        "inertias of different joints do not add up; state [drive] gain, or identify them with "
-        "--payload RUN --mass KG",
+        "inertias of different joints do not add up; state [drive] gain (torque constant of the motor "
+        "[N m/A] times gear ratio), take those that exidyn init proposes from the described masses, or "
+        "identify them with --payload RUN --mass KG",
     )
 
 
@@ -87,6 +88,8 @@ def impossible_values(fit: Fit, equations: Equations) -> tuple[str, ...]:
 def _impossible(fit: Fit) -> dict[str, str]:
     """Parameter name -> start of the warning, for each impossible value."""
     below = {}
+    mixed = fit.unscaled and fit.model.robot.dof > 1
+    cause = "another effect" + ", or joints whose unknown gains differ share its body" * mixed
     for row, (value, std) in enumerate(zip(fit.estimate.values, fit.estimate.std, strict=True)):
         parameter = fit.base.parameters[fit.base.kept[row]]
         alone = np.count_nonzero(fit.base.regrouping[row]) == 1
@@ -94,7 +97,7 @@ def _impossible(fit: Fit) -> dict[str, str]:
             fact = "negative" if parameter.minimum == 0.0 else f"below {parameter.minimum:g}"
             below[parameter.name] = (
                 f"{parameter.name} is {fact} ({digits(value)} ± {digits(NORMAL_95 * std, 2)}): "
-                "physically impossible, so it contains another effect;"
+                f"physically impossible, so it contains {cause};"
             )
     return below
 

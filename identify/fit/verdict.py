@@ -196,7 +196,7 @@ def _joints(fit: Fit) -> str:
         sentences.append(
             f" {gains} alone could cause this: two joints then measure the same link in different scales."
         )
-    if above:
+    if above and not fit.unscaled:
         sentences.append(" exidyn diagnose tells whether an effect is missing there.")
     return f"The residual of {joints} is at the noise floor on the {kind}." + "".join(sentences)
 

@@ -100,3 +100,5 @@ def test_where_no_gain_is_stated_friction_is_found_in_amperes():
     [one] = found.findings
     assert (one.effect, one.joints) == ("stribeck_friction", (1,))
     assert one["Fs2"].value == pytest.approx(2.0 / two_joints.GAIN[1], rel=0.05)
+    assert found.torque_units == ("A", "A")
+    assert found.warnings[0].startswith("no drive gain is known, so torques are in amperes")
