@@ -102,11 +102,12 @@ def effort_odds(drives: Sequence[Gain], called: str) -> dict[str, float]:
     }
 
 
-SETTLED_BY = (
+STATED_BY = "[drive] gain, or a run with a known payload"
+DATA_SHEET = (
     "[drive] gain, the torque constant of the motor [N m/A] times the gear ratio, both on their data sheets; "
     "or a run with a known payload"
 )
-"""How a person states a drive gain."""
+"""How a person states a drive gain that is proposed, and one that is not."""
 
 
 def gain_guesses(joints: Sequence[str], drives: Sequence[Gain]) -> list[Guess]:
@@ -115,7 +116,7 @@ def gain_guesses(joints: Sequence[str], drives: Sequence[Gain]) -> list[Guess]:
     guesses = [_size_guess(joint, gain) for joint, gain in named if gain.known]
     guesses += [_size_guess(joint, gain) for joint, gain in named if gain.proposed and not gain.known]
     if unknown := [joint for joint, gain in named if not gain.proposed]:
-        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, "", SETTLED_BY))
+        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, "", DATA_SHEET))
     return guesses
 
 
@@ -125,10 +126,10 @@ def _size_guess(joint: str, gain: Gain) -> Guess:
     sign = max(gain.positive, 1 - gain.positive)
     if gain.known:
         half = digits(100 * NORMAL_95 * gain.relative, 2)
-        return Guess(f"{GAIN_OF}{joint}", f"{size} N m ± {half} %", sign, why, SETTLED_BY)
+        return Guess(f"{GAIN_OF}{joint}", f"{size} N m ± {half} %", sign, why, STATED_BY)
     within = float(2.0 * norm.cdf(np.log(2.0) / gain.relative) - 1.0)
     words = f"{size} N m within a factor of 2, by the described masses"
-    return Guess(f"{GAIN_OF}{joint}", words, min(sign * within, DECIDED), why, SETTLED_BY)
+    return Guess(f"{GAIN_OF}{joint}", words, min(sign * within, DECIDED), why, STATED_BY)
 
 
 def _as_torque(likely: Likelihood, sign: float) -> float:

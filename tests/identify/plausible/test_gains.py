@@ -27,7 +27,6 @@ def test_a_rough_gain_is_open_and_has_its_likeliest_size():
     assert not rough.decided
     assert rough.value == "-8.000 N m within a factor of 2, by the described masses"
     assert 0.8 < rough.probability < 0.9
-    assert "data sheet" in rough.option
 
 
 def test_gains_without_any_size_name_the_number_on_the_data_sheet():
