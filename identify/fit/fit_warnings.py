@@ -41,8 +41,8 @@ def unknown_scale(fit: Fit) -> tuple[str, ...]:
     return (
         "currents were recorded and no drive gain is known: every value is per N m/A of its joint and "
         "inertias of different joints do not add up; state [drive] gain (torque constant of the motor "
-        "[N m/A] times gear ratio), take those that exidyn init proposes from the described masses, or "
-        "identify them with --payload RUN --mass KG",
+        "[N m/A] times gear ratio; exidyn init proposes it from the described masses), or identify it with "
+        "--payload RUN --mass KG",
     )
 
 

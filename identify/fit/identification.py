@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 from ..effects import Payload
 from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
+from ..plausible.gains import gains_by_masses
 from ..plausible.gate import doubts
 from ..preparation.even import torque_off_warnings
 from ..preparation.prepare import (
@@ -139,6 +140,7 @@ def _identify(
         fit = replace(fit, repeatability=compared)
     warnings = (
         *fit_warnings(fit, equations),
+        *filter(None, [gains_by_masses(recordings, model)] if fit.unscaled else []),
         *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
         *_payload_warnings(model, used, held_out),

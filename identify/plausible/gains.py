@@ -6,9 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
+from ..model import Model
+from ..recordings.recording import Recording
 from ..text_table import NORMAL_95, digits
 from .described_bodies import ANY, KINDS, Likelihood, mean_of_logs
 from .evidence import Reading
+from .samples import MOST, joined, sampled_torques
 from .suspicion import DECIDED, Guess
 
 TELLS = 0.35
@@ -58,6 +61,21 @@ class Gain(NamedTuple):
 def gains(reading: Reading) -> list[Gain]:
     """Gain of each drive."""
     return [gain_of(likely) for likely in reading.likelihoods]
+
+
+def gains_by_masses(runs: Sequence[Recording], model: Model) -> str:
+    """A sentence on the gains that the described masses make likely for currents; empty if there are none."""
+    _, logs, stated = sampled_torques(runs, model.robot)
+    if stated or not logs:
+        return ""
+    drives = gains(Reading(model, joined(logs).thinned(MOST), stated))
+    rows = zip(model.robot.joints, drives, model.robot.units("N m/A"), strict=True)
+    likely = [
+        f"{joint} {digits(gain.value, 3)} {unit} ± {digits(100 * NORMAL_95 * gain.relative, 2)} %"
+        for joint, gain, unit in rows
+        if gain.proposed
+    ]
+    return f"gains by the described masses (95 %): {', '.join(likely)}" if likely else ""
 
 
 def gain_of(likely: Likelihood) -> Gain:

@@ -53,6 +53,8 @@ def found() -> Fit:
 def test_amperes_are_not_called_newton_metres():
     assert amperes().measures == "current"
     assert verdict(amperes())[0].startswith(SCALE)
+    [proposal] = [warning for warning in amperes().warnings if "gains by the described masses" in warning]
+    assert all(joint in proposal for joint in amperes().model.robot.joints)
     assert [warning for warning in amperes().warnings if warning.startswith(SCALE)] == [verdict(amperes())[0]]
     assert len(set(verdict(amperes()))) == len(verdict(amperes()))
     text, page = summary(amperes()), report_html(amperes())
