@@ -39,8 +39,10 @@ TINY = 1e-3
 UNSEEN = 0.5
 """A parameter that keeps more than this share of its prior deviation was not observed; parameters that the
 data show keep about a thousandth, see `WITHOUT_PRIOR`."""
-LOOSEST = 4.0**10
-"""Largest factor by which tolerances of nominal values are widened: beyond a million, they have no effect."""
+LOOSER = 4.0 ** np.arange(11)
+"""Factors by which tolerances of nominal values are widened: beyond a million, they have no effect."""
+CLOSER = 0.95
+"""A wider prior must bring the farthest value nearer by this factor; otherwise the prior is not the cause."""
 SAME = 1e-9
 """Relative difference between standard and base parameters that counts as rounding."""
 
@@ -129,15 +131,17 @@ def _held(
     def farthest(standard: np.ndarray) -> float:
         return float(np.max(np.abs(base.regrouping[rows] @ standard - values[rows]) / std, initial=0.0))
 
-    loose, trials = 1.0, list[tuple[float, Held, np.ndarray]]()
-    while loose <= LOOSEST and not (trials and trials[-1][0] <= NORMAL_95):
+    trials: list[tuple[float, Held, np.ndarray]] = []
+    for loose in LOOSER:
         tolerance = _tolerance(fit, base, values, loose)
         held = Held(base, fit.model.prior_values, tolerance, tuple(fit.model.inertias))
-        loose *= 4.0
-        if loose <= LOOSEST and farthest(unconstrained(held, values, covariance)[0]) > NORMAL_95:
+        if loose < LOOSER[-1] and farthest(unconstrained(held, values, covariance)[0]) > NORMAL_95:
             continue  # the constraints would move the values even farther
         standard = nearest(held, values, covariance)
         trials.append((farthest(standard), held, standard))
+        distances = [distance for distance, *_ in trials]
+        if distances[-1] <= NORMAL_95 or distances[-1] > CLOSER * min(distances[:-1], default=np.inf):
+            break
     _, held, standard = min(trials, key=lambda trial: trial[0])
     return held, standard
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from .equations import Equations
-from .estimators.least_squares import weighted
+from .estimators.compressed import Compressed
+from .estimators.least_squares import weighted_solution
 
 AS_WELL = 1e-3
 """Relative increase of the residual's geometric mean over joints that counts as none: reversal does not
@@ -26,16 +27,17 @@ def reversed_joints(equations: Equations, gain: np.ndarray, negative: Sequence[i
     several = [joint for joint in doubtful if negative[joint] > 1]
     if not doubtful:
         return []
-    plain = _misfit(equations, gain, [])
-    if several and _misfit(equations, gain, several) <= plain + AS_WELL:
+    compressed = Compressed.of(equations)
+
+    def misfit(joints: Sequence[int]) -> float:
+        """Logarithm of the geometric mean over joints of the residual with some efforts reversed."""
+        sign = np.ones(len(gain))
+        sign[list(joints)] = -1.0
+        noise = weighted_solution(replace(equations, gain=sign * gain), compressed)[1]
+        return float(np.mean(np.log(np.maximum(noise, np.finfo(float).tiny))))
+
+    plain = misfit([])
+    if several and misfit(several) <= plain + AS_WELL:
         return several
     limit = {joint: plain + AS_WELL if joint in several else plain - BETTER for joint in doubtful}
-    return [joint for joint in doubtful if _misfit(equations, gain, [joint]) <= limit[joint]]
-
-
-def _misfit(equations: Equations, gain: np.ndarray, joints: Sequence[int]) -> float:
-    """Logarithm of the geometric mean over joints of the residual with some efforts reversed."""
-    sign = np.ones(len(gain))
-    sign[list(joints)] = -1.0
-    noise = weighted(replace(equations, gain=sign * gain)).noise
-    return float(np.mean(np.log(np.maximum(noise, np.finfo(float).tiny))))
+    return [joint for joint in doubtful if misfit([joint]) <= limit[joint]]
