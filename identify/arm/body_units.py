@@ -10,9 +10,11 @@ from ..text_table import digits
 SMALLEST = 0.5
 """Smallest length of an arm for its mass, and of half a body for its inertia [m]: a short turntable may carry
 a load that is wider than the distances between its joints."""
+LONGEST = 100.0
+"""Length of an arm above which its lengths are in millimeters [m]: the longest cranes reach 60 m."""
 WATER = 1000.0
-"""Mass of an arm of several joints per cube of its length above which it is impossible [kg/m^3]: as heavy as
-a cube of water as wide as the arm is long. Real arms have 4 to 300."""
+"""Mass of an arm per cube of its length above which it is impossible [kg/m^3]: as heavy as a cube of water as
+wide as the arm is long. Real arms have 4 to 300; a turntable may have more, but is not denser than metal."""
 TOKEN = 0.1
 """The same ratio below which masses are tokens, as generators of descriptions write them [kg/m^3]."""
 DENSEST = 22600.0
@@ -58,9 +60,13 @@ class BodyUnits(NamedTuple):
 def body_units(kinematics: pin.Model) -> BodyUnits:
     """Compare masses and inertias of an arm with its length and with the density of solids."""
     length, total = arm_length(kinematics), sum(body.mass for body in list(kinematics.inertias)[1:])
-    cube = max(length, SMALLEST) ** 3
-    grams, token = kinematics.nv > 1 and total > WATER * cube, total < TOKEN * length**3
-    bodies = _bodies(kinematics, 1e-3 if grams else 1.0)
+    if length > LONGEST:
+        return BodyUnits(False, (f"an arm {digits(length, 2)} m long: lengths in millimeters?",))
+    bodies, token = _bodies(kinematics, 1.0), total < TOKEN * length**3
+    grams = total > WATER * max(length, SMALLEST) ** 3 and (
+        kinematics.nv > 1 or any(body.density > DENSEST for body in bodies)
+    )
+    bodies = _bodies(kinematics, 1e-3) if grams else bodies
     wide = [body for body in bodies if body.radius > max(length, 2.0 * SMALLEST)]
     dense = [body for body in bodies if body.density > DENSEST]
     masses = f"masses of {digits(total)} kg in all, on an arm {digits(length, 2)} m long"

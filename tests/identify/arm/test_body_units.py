@@ -63,6 +63,25 @@ def test_placeholders_say_nothing_about_the_arm(name):
     assert "placeholders" in doubt
 
 
+def test_one_heavy_joint_is_in_grams_only_if_it_is_denser_than_metal():
+    pendulum = pin.Model()
+    pendulum.addJoint(0, pin.JointModelRY(), pin.SE3.Identity(), "joint")
+    pendulum.inertias[1] = pin.Inertia(500.0, np.array([0.0, 0.0, 0.1]), 0.3 * np.eye(3))
+    assert body_units(pendulum).doubts[0].startswith("masses of 500.0 kg in all")
+    pendulum.inertias[1] = pin.Inertia(500.0, np.array([0.0, 0.0, 0.1]), 100.0 * np.eye(3))
+    assert body_units(pendulum) == (True, ())
+
+
+def test_lengths_in_millimeters_are_named():
+    kinematics = scaled("cobot")
+    for joint in range(2, kinematics.njoints):
+        place = kinematics.jointPlacements[joint]
+        kinematics.jointPlacements[joint] = pin.SE3(place.rotation, 1e3 * place.translation)
+    informative, [doubt] = body_units(kinematics)
+    assert not informative
+    assert doubt.endswith("m long: lengths in millimeters?")
+
+
 def test_a_description_without_masses_is_no_doubt_but_says_nothing():
     assert body_units(scaled("cobot", 0.0, 0.0)) == (False, ())
 
