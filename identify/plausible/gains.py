@@ -1,11 +1,13 @@
 """Sign and approximate size of drive gains from efforts and the torque of the described bodies."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
 
+from ..arm.robot import Robot
 from ..model import Model
 from ..recordings.recording import Recording
 from ..text_table import NORMAL_95, digits
@@ -63,19 +65,52 @@ def gains(reading: Reading) -> list[Gain]:
     return [gain_of(likely) for likely in reading.likelihoods]
 
 
-def gains_by_masses(runs: Sequence[Recording], model: Model) -> str:
-    """A sentence on the gains that the described masses make likely for currents; empty if there are none."""
+def gains_by_masses(runs: Sequence[Recording], model: Model) -> list[Gain]:
+    """Gains that the described masses make likely for currents; empty if stated or if none is likely."""
     _, logs, stated = sampled_torques(runs, model.robot)
     if stated or not logs:
-        return ""
+        return []
     drives = gains(Reading(model, joined(logs).thinned(MOST), stated))
-    rows = zip(model.robot.joints, drives, model.robot.units("N m/A"), strict=True)
+    return drives if any(gain.proposed for gain in drives) else []
+
+
+def masses_sentence(drives: Sequence[Gain], robot: Robot) -> str:
+    """A sentence on gains that the described masses make likely."""
+    rows = zip(robot.joints, drives, robot.units("N m/A"), strict=True)
     likely = [
         f"{joint} {digits(gain.value, 3)} {unit} ± {digits(100 * NORMAL_95 * gain.relative, 2)} %"
         for joint, gain, unit in rows
         if gain.proposed
     ]
-    return f"gains by the described masses (95 %): {', '.join(likely)}" if likely else ""
+    return f"gains by the described masses (95 %): {', '.join(likely)}"
+
+
+def stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
+    """Gains and their relative standard deviations; those that are not proposed have `UNDECIDED`.
+
+    A size that the log hardly determines is drawn to the geometric mean of those that are proposed.
+    """
+    proposed = np.array([gain.value for gain in gains if gain.proposed])
+    usual = float(
+        np.exp(np.mean(np.log(np.abs(proposed)))) * (1.0 if np.sum(np.sign(proposed)) >= 0 else -1.0)
+    )
+    values = [gain.value if gain.proposed else _drawn(gain, usual) for gain in gains]
+    spread = [max(gain.relative, 0.01) if gain.proposed else UNDECIDED for gain in gains]
+    return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
+
+
+def _drawn(gain: Gain, usual: float) -> float:
+    """Mean of a gain and the usual one by their logarithms: drives of one arm differ by `UNDECIDED`."""
+    if not np.isfinite(gain.value):
+        return usual
+    share = UNDECIDED**2 / (UNDECIDED**2 + gain.relative**2)
+    return float(np.sign(gain.value) * abs(gain.value) ** share * abs(usual) ** (1.0 - share))
+
+
+def with_gains(model: Model, drives: Sequence[Gain]) -> Model:
+    """Model with these drive gains and their tolerances."""
+    gain, tolerance = (np.array(numbers) for numbers in stated_gains(drives))
+    return replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=tolerance))
 
 
 def gain_of(likely: Likelihood) -> Gain:

@@ -18,7 +18,7 @@ from ..robot_files.description import XML
 from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
-from .gains import GAIN_OF, UNDECIDED, Gain, gain_guesses
+from .gains import GAIN_OF, UNDECIDED, gain_guesses, stated_gains
 from .mistake import with_gravity
 from .proposal import Proposal
 from .suspicion import DECIDED, Guess
@@ -86,7 +86,7 @@ def robot_toml(
     head += [hash_comment(_open_words(guess)) for guess in proposal.open]
     proposed = any(gain.proposed for gain in proposal.gains)
     known = proposed and bool(np.all(model.robot.drive_gain == 1.0))
-    values, tolerance = _stated_gains(proposal.gains) if known else ([], [])
+    values, tolerance = stated_gains(proposal.gains) if known else ([], [])
     if proposed and not known:
         gains = ", ".join(digits(gain.value) if gain.proposed else "open" for gain in proposal.gains)
         head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
@@ -123,25 +123,6 @@ def robot_toml(
         model = replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=spread))
     model = replace(model, robot=replace(model.robot, servo=servo))
     return "\n".join(head) + "\n\n" + model_text(model)
-
-
-def _stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
-    """Gains and their relative standard deviations; those that are not proposed have `UNDECIDED`.
-
-    A size that the log hardly determines is drawn to the geometric mean of those that are proposed.
-    """
-    usual = float(np.exp(np.mean([np.log(abs(gain.value)) for gain in gains if gain.proposed])))
-    values = [gain.value if gain.proposed else _drawn(gain, usual) for gain in gains]
-    spread = [max(gain.relative, 0.01) if gain.proposed else UNDECIDED for gain in gains]
-    return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
-
-
-def _drawn(gain: Gain, usual: float) -> float:
-    """Mean of a gain and the usual one by their logarithms: drives of one arm differ by `UNDECIDED`."""
-    if not np.isfinite(gain.value):
-        return usual
-    share = UNDECIDED**2 / (UNDECIDED**2 + gain.relative**2)
-    return float(np.sign(gain.value) * abs(gain.value) ** share * usual ** (1.0 - share))
 
 
 def preset_toml(
