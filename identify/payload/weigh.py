@@ -138,8 +138,8 @@ def _require_gains(arm: Model, prepared: Sequence[Prepared]) -> None:
         raise FitError(
             f"{arm.robot.name}: currents were recorded and no drive gains are known, so no mass follows from "
             "them. For a rough mass, let exidyn init propose gains by the described masses, from a log "
-            "without the payload; for an exact one, state [drive] gain in robot.toml (torque constant of the motor "
-            "[N m/A] times gear ratio), or give a fit with gains (exidyn identify --payload)"
+            "without the payload; for an exact one, state [drive] gain in robot.toml (torque constant of the "
+            "motor [N m/A] times gear ratio), or give a fit with gains (exidyn identify --payload)"
         )
 
 
