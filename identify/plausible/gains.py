@@ -88,23 +88,18 @@ def masses_sentence(drives: Sequence[Gain], robot: Robot) -> str:
 def stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
     """Gains and their relative standard deviations; those that are not proposed have `UNDECIDED`.
 
-    A size that the log hardly determines is drawn to the geometric mean of those that are proposed.
+    A gain that is not proposed is the geometric mean of the others: its own size in the log is too large
+    rather than too small, since friction explains most of such an effort.
     """
-    proposed = np.array([gain.value for gain in gains if gain.proposed])
-    usual = float(
-        np.exp(np.mean(np.log(np.abs(proposed)))) * (1.0 if np.sum(np.sign(proposed)) >= 0 else -1.0)
+    proposed = [gain.value for gain in gains if gain.proposed]
+    usual, majority = (
+        float(np.exp(np.mean(np.log(np.abs(proposed))))),
+        float(np.sign(np.sum(np.sign(proposed)))),
     )
-    values = [gain.value if gain.proposed else _drawn(gain, usual) for gain in gains]
+    signs = [np.sign(gain.positive - 0.5) or majority or 1.0 for gain in gains]
+    values = [gain.value if gain.proposed else sign * usual for gain, sign in zip(gains, signs, strict=True)]
     spread = [max(gain.relative, 0.01) if gain.proposed else UNDECIDED for gain in gains]
     return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
-
-
-def _drawn(gain: Gain, usual: float) -> float:
-    """Mean of a gain and the usual one by their logarithms: drives of one arm differ by `UNDECIDED`."""
-    if not np.isfinite(gain.value):
-        return usual
-    share = UNDECIDED**2 / (UNDECIDED**2 + gain.relative**2)
-    return float(np.sign(gain.value) * abs(gain.value) ** share * abs(usual) ** (1.0 - share))
 
 
 def with_gains(model: Model, drives: Sequence[Gain]) -> Model:
