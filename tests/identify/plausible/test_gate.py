@@ -7,6 +7,9 @@ import pytest
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.rigid_regressor import rigid_regressor
+from exidyn.identification.effects import Payload
+from exidyn.identification.effects.payload import known_parameters
+from exidyn.identification.effects.rigid_body import inertial_parameters, with_bodies
 from exidyn.identification.effects.spring_balancer import SpringBalancer
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import verdict
@@ -15,7 +18,7 @@ from exidyn.identification.plausible.gate import doubts, suspect
 from exidyn.identification.plausible.samples import sampled_run
 from exidyn.identification.plausible.shares import Columns
 from exidyn.identification.plausible.suspicion import AT_TIMES, NONE_OF_THESE, OTHER_MASSES
-from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, kr270_log, short_log
@@ -201,3 +204,25 @@ def test_columns_that_nothing_tells_apart_change_nothing():
 def motion_of(position):
     velocity = np.gradient(position, LOG.time, axis=0)
     return Motion.of(LOG.time, position, velocity, np.gradient(velocity, LOG.time, axis=0))
+
+
+HEAVY = known_parameters(20.0, (0.05, 0.1, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("known", "unit", "named"),
+    [(HEAVY, 1.0, ""), (HEAVY[-1:], 1.0, ""), ((), 1.0, ""), (HEAVY, 1.0 / 0.113, "lbf in")],
+)
+def test_a_stated_payload_counts_as_a_part_of_the_masses(known, unit, named):
+    """A light arm with more than its own mass on the flange has the efforts of a heavy arm."""
+    bodies = 0.3 * np.array([inertial_parameters(body) for body in list(ARM.kinematics.inertias)[1:]])
+    light = {name: prior._replace(value=0.3 * prior.value) for name, prior in LOG.model.stated.items()}
+    arm = replace(LOG.model, robot=with_bodies(ARM, bodies), stated=light)
+    loaded = arm + Payload("L", HEAVY)
+    acceleration = np.gradient(LOG.velocity, LOG.time, axis=0)
+    motion = loaded.loaded(Motion.of(LOG.time, LOG.position, LOG.velocity, acceleration, payload="L"))
+    torque = unit * loaded.torque(motion, loaded.nominal_values)
+    signals = {"torque": Signal(LOG.time, torque), "position": Signal(LOG.time, LOG.position)}
+    run = Recording("log", arm, signals, KnownPayload("L", known))
+    suspicion = suspect([run], arm + Payload("L", known))
+    assert named in suspicion.what if named else suspicion is None
