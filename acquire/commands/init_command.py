@@ -14,7 +14,6 @@ from exidyn.drivers import driver_class, explain, known_drivers
 from exidyn.identification.errors import ExidynError, RecordingError, listed
 from exidyn.identification.model import Model
 from exidyn.identification.notebook import counted
-from exidyn.identification.plausible.column_names import joints_named
 from exidyn.identification.plausible.gains import GAIN_OF
 from exidyn.identification.plausible.log_columns import log_columns
 from exidyn.identification.plausible.proposal import Proposal, one_after_another, propose
@@ -33,6 +32,7 @@ from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
 from exidyn.identification.recordings.incomplete_samples import NEEDED
 from exidyn.identification.recordings.recording import EFFORT, Recording
+from exidyn.identification.recordings.tables.column_names import joints_named
 from exidyn.identification.recordings.tables.columns import Columns, Names, own_time
 from exidyn.identification.recordings.tables.preset import BESIDE
 from exidyn.identification.recordings.tables.signal_units import require_no_time

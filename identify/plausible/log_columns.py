@@ -13,11 +13,11 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT
+from ..recordings.tables.column_names import STAMPS, families, signal_of, words_of
 from ..recordings.tables.columns import Columns, Names
 from ..recordings.tables.name_index import array_name, columns_of_array, numbered, which_columns
 from ..recordings.tables.table import DATE, Table
 from ..recordings.units import unit_named
-from .column_names import STAMPS, families, signal_of, words_of
 from .proposal import Proposal
 
 WORDS = {"link_position": "ql", "command_velocity": "command velocity"}

@@ -9,8 +9,8 @@ from ..errors import RecordingError
 from ..model import Model
 from ..recordings.recording import EFFORT, Recording
 from ..recordings.servo_error import is_servo_error, no_commands
+from ..recordings.tables.column_names import Family
 from ..text_table import digits
-from .column_names import Family
 from .effort_mistakes import FAR
 from .evidence import Reading
 from .gains import Gain, gain_guesses, gains

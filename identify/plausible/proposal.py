@@ -12,10 +12,10 @@ from ..recordings.effort_checks import NO_MOTOR, UNMEASURED, unread
 from ..recordings.recording import EFFORT
 from ..recordings.restored_columns import signed, unwrapped
 from ..recordings.separate_runs import beginnings
+from ..recordings.tables.column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from ..recordings.units import COMMANDS
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
-from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .described_bodies import described
 from .evidence import Reading
 from .gains import AGAINST, NOT_TORQUE, Gain, effort_odds, gain_guesses, gains

@@ -9,8 +9,8 @@ import numpy as np
 from ..arm.robot import Robot
 from ..model import Model
 from ..recordings.recording import EFFORT
+from ..recordings.tables.column_names import Family
 from ..text_table import digits, percent
-from .column_names import Family
 from .effort_mistakes import direction_words
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains

@@ -9,9 +9,9 @@ from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
 from ..recordings.effort_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
 from ..recordings.steps_back import Remedy, advice, remedy, steps_back
+from ..recordings.tables.column_names import STAMPS, families, words_of
 from ..recordings.tables.name_index import column_words, named_joints
 from ..text_table import digits
-from .column_names import STAMPS, families, words_of
 
 RATE = "or state the sampling rate: exidyn init --rate HZ"
 

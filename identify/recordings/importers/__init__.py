@@ -30,7 +30,7 @@ class Entry(NamedTuple):
     place: str
     content: str  # name of the format, and what a file has to contain
     endings: tuple[str, ...] = ()  # endings of the names of such files
-    inside: str = ""  # pattern of a file in such a folder
+    inside: tuple[str, ...] = ()  # patterns of a file in such a folder
     marks: tuple[bytes, ...] = ()  # bytes at the beginning of such files, whatever their name
     table: bool = False  # whether it is read as a table, whose columns `import_table` turns into signals
     robot: bool = False  # whether such files contain their robot; otherwise it has to be given
@@ -75,22 +75,29 @@ IMPORTERS: dict[str, Entry] = {
     "lerobot": Entry(
         "array_files:read_lerobot",
         "LeRobot data set: a run an episode; needs the extra parquet",
-        inside="meta/info.json",
+        inside=("meta/info.json",),
         table=True,
         library="pyarrow",
     ),
     "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
+    "npy": Entry("array_files:read_npy", "NumPy array: a row a sample, named or not", (".npy",), table=True),
+    "json": Entry(
+        ".tables.fields:read_json_lines",
+        "JSON lines: an object a sample",
+        (".jsonl", ".ndjson", ".jsonl.gz", ".ndjson.gz"),
+        table=True,
+    ),
     "ros2_bag": Entry(
         ".bags.ros2_bag:import_ros2_bag",
-        "ROS bag: joint states, ROS 1 and MCAP too; needs the extra ros2",
+        "ROS bag: joint states or fields of other messages, ROS 1 and MCAP too; needs the extra ros2",
         (".db3", ".bag", ".bag.active"),
-        "metadata.yaml",
+        ("metadata.yaml", "*.db3"),
     ),
     "kuka_trace": Entry(
         "kuka_trace:import_kuka_trace",
         "KUKA trace: .dat beside .r64, all files of one name a run",
         (".dat", ".r64"),
-        "*.[dD][aA][tT]",
+        ("*.[dD][aA][tT]",),
     ),
     "rsi": Entry(
         "rsi_telegrams:import_rsi_telegrams",
@@ -153,12 +160,20 @@ def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
     if kind not in IMPORTERS:
         raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))
     entry = IMPORTERS[kind]
+    module, name = entry.place.split(":")
     if entry.library:
         from .read_apart import read_apart
 
-        return kind, partial(read_apart, entry.place, entry.library)
-    module, name = entry.place.split(":")
-    return kind, getattr(import_module(f".{module}", __name__), name)
+        read = partial(read_apart, entry.place, entry.library)
+    else:
+        read = getattr(import_module(f".{module}", __name__), name)
+    return kind, partial(_by_sample, read) if entry.table else read
+
+
+def _by_sample(read: Callable[[Path], list["Table"]], source: Path) -> list["Table"]:
+    from ..tables.row_per_joint import by_sample
+
+    return [by_sample(table) for table in read(source)]
 
 
 def kind_of(source: Path) -> str:
@@ -175,7 +190,7 @@ def kind_of(source: Path) -> str:
         )
     if kind is None:
         known = [
-            f"{entry.name} ({(*entry.endings, entry.inside or 'by its content')[0]})"
+            f"{entry.name} ({(*entry.endings, *entry.inside, 'by its content')[0]})"
             for entry in IMPORTERS.values()
         ]
         raise NotAFile(f"{source} cannot be imported{_below(source)}. Known formats: {', '.join(known)}")
@@ -214,9 +229,11 @@ def _kind(source: Path) -> str | None:
             return kind
     for kind, entry in IMPORTERS.items():
         if source.is_dir():
-            matches = bool(entry.inside) and any(source.glob(entry.inside))
+            matches = any(any(source.glob(pattern)) for pattern in entry.inside)
         else:
             matches = name.endswith(entry.endings)
         if matches:
             return kind
-    return None
+    # A folder of MCAP files without metadata is a bag, unless they are exidyn's recordings.
+    files = sorted(source.glob("*.mcap")) if source.is_dir() else []
+    return "ros2_bag" if files and _kind(files[0]) == "ros2_bag" else None

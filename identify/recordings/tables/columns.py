@@ -10,7 +10,9 @@ from ...arm.robot import Robot
 from ...errors import RecordingError, WrongShape, listed
 from ..incomplete_samples import NEEDED
 from ..recording import SIGNALS
+from .column_names import MEASURED, families, words_of
 from .name_index import (
+    TIMES,
     UNITS_ONLY,
     WORDS,
     NameIndex,
@@ -32,13 +34,6 @@ PREFIXES: dict[str, tuple[str, ...]] = {
     "command_velocity": ("dq_ref", "dq_cmd"),
 }
 """Prefixes of the joint number in a column's name; the name of the signal is always valid too."""
-
-TIMES = (
-    "t", "time", "timestamp", "timestamps", "time_stamp", "stamp", "zeit", "zeitstempel", "temps", "seconds",
-    "secs", "sec", "clock",
-)  # fmt: skip
-AXES = ("j", "joint", "axis", "a", "achse", "motor")
-"""Words before the number of a joint, as in `J1 Position`."""
 
 Names = str | Sequence[str]
 """Columns of a signal: one name per joint, a pattern for `_filled`, or the prefix of the joints' numbers."""
@@ -123,6 +118,8 @@ class Columns:
             else:
                 quantities = set(self.robot.units(SIGNALS[signal]))
                 places = [self._place(names, quantities, reserved) for names in choices]
+                if max(places) < 0:
+                    places = self._by_words(signal, quantities, reserved) or places
             if signal in stated or signal == "position":
                 self._require_all(signal, choices, places, where)
             names = stated.get(signal, "")
@@ -163,6 +160,22 @@ class Columns:
         if place >= 0 and (name := self.table.names[place]) in self.table.text:
             raise WrongShape(self.table.text[name])
         return place
+
+    def _by_words(
+        self, signal: str, quantities: Collection[str], reserved: Collection[int]
+    ) -> list[int] | None:
+        """Indices of the only columns whose words mean a signal; of several, those that were measured."""
+        alike = [
+            family
+            for family in families(self.table.names, self._joints, self.table.joints)
+            if family.signal == signal
+            and not {*family.places} & {*reserved}
+            and all(self._index.fits(place, quantities) for place in family.places)
+            and (signal in NEEDED or not {*family.names} & {*self.table.text})
+        ]
+        if len(alike) > 1:
+            alike = [family for family in alike if MEASURED.intersection(words_of(family.pattern))]
+        return [self._place([name]) for name in alike[0].names] if len(alike) == 1 else None
 
     def _choices(self, signal: str, stated: Mapping[str, Names]) -> list[list[str]]:
         """Names that the column of each joint may have."""
@@ -250,19 +263,11 @@ def _patterns(signal: str, stated: Mapping[str, Names]) -> list[str]:
     if signal in stated:
         names = stated[signal]
         return [names if "{" in names else f"{names}{{number}}"] if isinstance(names, str) else []
-    words = sorted(WORDS.get(signal, frozenset()) - UNITS_ONLY - {signal, *PREFIXES[signal]})
-    usual = [*PREFIXES[signal], signal, *words]
+    usual = [*PREFIXES[signal], signal]
     by_joint = [f"{word}_{{joint}}" for word in usual]
-    by_joint += [
-        f"{{joint}}{between}{word}" for word in (signal, *words, *PREFIXES[signal]) for between in "_./"
-    ]
-    by_axis = [
-        form
-        for axis in AXES
-        for word in usual
-        for form in (f"{axis}{{number}}_{word}", f"{word}_{axis}{{number}}")
-    ]
-    return [f"{word}{{number}}" for word in usual] + by_joint + by_axis
+    by_joint += [f"{{joint}}{between}{word}" for word in (signal, *PREFIXES[signal]) for between in "_./"]
+    arrays = [*usual, *sorted(WORDS.get(signal, frozenset()) - UNITS_ONLY - {*usual})]
+    return [f"{word}{{number}}" for word in arrays] + by_joint
 
 
 def _filled(names: Sequence[str], pattern: str, numbers: Sequence[int]) -> list[str]:
