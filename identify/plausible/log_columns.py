@@ -120,9 +120,9 @@ def _chosen_places(columns: Columns, chosen: Mapping[str, Names], where: str) ->
     signals = {name: names for name, names in chosen.items() if name != "time"}
     effort = {"torque": signals.pop("effort")} if "effort" in signals else {}
     places = {"time": [columns.time(chosen, where)]} if "time" in chosen else {}
-    places |= columns.signals(signals, signals, False, where)
+    places |= columns.signals(signals, signals, (), where)
     if effort:
-        places["effort"] = columns.signals(effort, effort, False, where)["torque"]
+        places["effort"] = columns.signals(effort, effort, (), where)["torque"]
     return places
 
 
