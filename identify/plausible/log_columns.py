@@ -16,6 +16,7 @@ from ..recordings.recording import EFFORT
 from ..recordings.tables.column_names import STAMPS, families, signal_of, words_of
 from ..recordings.tables.columns import Columns, Names
 from ..recordings.tables.name_index import array_name, columns_of_array, numbered, which_columns
+from ..recordings.tables.preset import Reading
 from ..recordings.tables.table import DATE, Table
 from ..recordings.units import unit_named
 from .proposal import Proposal
@@ -40,9 +41,9 @@ class LogColumns(NamedTuple):
 
     def restored(self, proposal: Proposal) -> Proposal:
         """Proposal with the names of the file, and gains per unit that the import uses."""
-        columns = {
-            signal: tuple(self.original.get(name, name) for name in names)
-            for signal, names in proposal.columns.items()
+        readings = {
+            signal: Reading(self._originals(reading.column), reading.unit)
+            for signal, reading in proposal.readings.items()
         }
         gains = proposal.gains
         if gains and "current" in proposal.columns:
@@ -51,7 +52,13 @@ class LogColumns(NamedTuple):
             gains = tuple(
                 gain._replace(value=gain.value * factor) for gain, factor in zip(gains, factors, strict=True)
             )
-        return replace(proposal, columns=columns, gains=gains, notes=(*self.notes, *proposal.notes))
+        return replace(proposal, readings=readings, gains=gains, notes=(*self.notes, *proposal.notes))
+
+    def _originals(self, names: Names) -> str | list[str]:
+        """Names in the file of one column or of several."""
+        if isinstance(names, str):
+            return self.original.get(names, names)
+        return [self.original.get(name, name) for name in names]
 
 
 def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:

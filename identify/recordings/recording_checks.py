@@ -14,7 +14,7 @@ from ..arm.robot import Limits
 from ..errors import BadUnit
 from .arrival_times import signals_by_stamps, with_regular_clocks
 from .effort_checks import effort_warnings
-from .incomplete_samples import without_impossible, without_silence
+from .incomplete_samples import without_impossible, without_repeats, without_silence
 from .recording import Recording
 from .recording_findings import findings, finite
 from .restored_signals import restored, without_saturated
@@ -44,7 +44,7 @@ def check(recording: Recording, in_si: bool = True) -> Recording:
         BadTime: Time stamps do not increase.
         BadUnit: Positions, times or temperatures that cannot be in the unit they claim.
     """
-    recording = without_silence(recording)
+    recording = without_repeats(without_silence(recording))
     if recording.recorded:
         recording = without_impossible(recording)
     else:

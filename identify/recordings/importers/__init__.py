@@ -3,7 +3,7 @@
 import inspect
 import zlib
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -43,6 +43,9 @@ class Entry(NamedTuple):
         """Name of the format."""
         return self.content.partition(":")[0]
 
+
+BAG = "ros2_bag"
+"""Kind of bags, whose content shows whether they are read as tables."""
 
 IMPORTERS: dict[str, Entry] = {
     "csv": Entry(
@@ -87,7 +90,7 @@ IMPORTERS: dict[str, Entry] = {
         (".jsonl", ".ndjson", ".jsonl.gz", ".ndjson.gz"),
         table=True,
     ),
-    "ros2_bag": Entry(
+    BAG: Entry(
         ".bags.ros2_bag:import_ros2_bag",
         "ROS bag: joint states or fields of other messages, ROS 1 and MCAP too; needs the extra ros2",
         (".db3", ".bag", ".bag.active"),
@@ -131,7 +134,7 @@ def import_source(
     if IMPORTERS[kind].table:
         from ..tables.import_table import import_table
 
-        function = partial(import_table, function)
+        function = partial(import_table, cache(function))
     valid = tuple(inspect.signature(function).parameters)[2:]
     for option in options:
         if option not in valid:
@@ -140,16 +143,32 @@ def import_source(
         raise RecordingError(
             f"{source}: {IMPORTERS[kind].name} does not name its robot; give the robot too (--robot FILE)"
         )
-    return function(source, model, **options)
+    from ..hints import import_with_hints
+
+    return import_with_hints(function, source, model, options)
 
 
 def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
     """Tables of a file, one per run, before the meaning and units of their columns are known."""
     source = Path(source)
     kind, function = _reader(source, kind)
+    if kind == BAG and (tables := _fields_of_bag(source)):
+        return tables
     if not IMPORTERS[kind].table:
         raise RecordingError(f"{source}: {IMPORTERS[kind].name} is not a table")
     return function(source)
+
+
+def is_table(source: Path) -> bool:
+    """Whether a file or folder has named columns, as bags of other messages than joint states do."""
+    kind = kind_of(source)
+    return IMPORTERS[kind].table or (kind == BAG and bool(_fields_of_bag(source)))
+
+
+def _fields_of_bag(source: Path) -> list["Table"]:
+    """Fields of the messages of a bag by topic; empty if it has joint states."""
+    tables: list[Table] = import_module("..bags.bag_reader", __name__).read_bag(source).tables
+    return tables
 
 
 def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
@@ -223,7 +242,7 @@ def _kind(source: Path) -> str | None:
         # A file that is not MCAP counts as our own, so that our reader reports what is wrong. The first
         # metadata record of our files begins within 256 bytes, behind the header of the format.
         own_recording = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
-        return "exidyn" if own_recording else "ros2_bag"
+        return "exidyn" if own_recording else BAG
     for kind, entry in IMPORTERS.items():
         if entry.marks and all(mark in begin for mark in entry.marks):
             return kind
@@ -236,4 +255,4 @@ def _kind(source: Path) -> str | None:
             return kind
     # A folder of MCAP files without metadata is a bag, unless they are exidyn's recordings.
     files = sorted(source.glob("*.mcap")) if source.is_dir() else []
-    return "ros2_bag" if files and _kind(files[0]) == "ros2_bag" else None
+    return BAG if files and _kind(files[0]) == BAG else None

@@ -10,6 +10,7 @@ from ...arm.robot import Robot
 from ...errors import RecordingError, WrongShape, listed
 from ..incomplete_samples import NEEDED
 from ..recording import EFFORT, SIGNALS
+from ..steps_back import ROUNDED
 from .column_names import MEASURED, Family, families, words_of
 from .name_index import (
     TIMES,
@@ -35,6 +36,8 @@ PREFIXES: dict[str, tuple[str, ...]] = {
 }
 """Prefixes of the joint number in a column's name; the name of the signal is always valid too."""
 
+RISING = 0.99
+"""Minimum share of the steps in which a column that may be time increases."""
 EFFORTS = frozenset(("effort", "efforts"))
 """Words for a torque or a current."""
 EFFORT_MEANS = "torque"
@@ -92,10 +95,12 @@ class Columns:
         place = self._place(times, ("s",))
         if place < 0:
             usual = ", ".join(times[:3])
+            steps = np.diff(self.table.values, axis=0)
+            rising = len(steps) > 0 and bool(np.any(np.mean(steps > 0, axis=0) > RISING))
+            name = 'name it by exidyn import --columns time=NAME (columns={"time": NAME}), or ' * rising
             raise WrongShape(
                 f"{where}: no column of time ({usual}) among {column_words(self.table.names, 't')}; "
-                'name it by exidyn import --columns time=NAME (columns={"time": NAME}), or state the '
-                "sampling rate: exidyn import --rate HZ (rate=HZ)"
+                f"{name}state the sampling rate: exidyn import --rate HZ (rate=HZ)"
             )
         return place
 
@@ -275,11 +280,10 @@ class Columns:
 
 
 def own_time(table: Table) -> str:
-    """Name of a column that is usually time and that increases; "" if there is none."""
+    """Name of a column that is usually time and whose stamps have enough digits; "" if there is none."""
     place = NameIndex(table.names).place(TIMES, ("s",))
-    if place < 0 or not np.any(np.diff(table.values[:, place]) > 0):
-        return ""
-    return table.names[place]
+    steps = np.diff(table.values[:, place]) if place >= 0 else np.zeros(0)
+    return table.names[place] if np.any(steps > 0) and np.mean(steps == 0) < ROUNDED else ""
 
 
 def expanded(names: Names) -> Names:

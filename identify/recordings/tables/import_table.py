@@ -1,6 +1,7 @@
 """Import of a table: signals and units of its columns, and the recording of each run."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from ...file_names import read_failure
 from ...model import Model
 from ...text_table import digits
 from ..effort_checks import without_unmeasured
+from ..hints import import_with_hints
 from ..incomplete_samples import without_damaged, without_incomplete
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
@@ -169,7 +171,23 @@ def from_dataframe(table: Any, robot: Model, name: str = "table", **options: Any
     columns = table.reset_index() if table.index.name else table
     names = [str(column) for column in columns.columns]
     values = columns.to_numpy(dtype=float)
-    return import_table(lambda _: [Table(names, values)], Path(name), robot, name=name, **options)
+    read = partial(import_table, lambda _: [Table(names, values)])
+    return import_with_hints(read, Path(name), robot, {"name": name, **options})
+
+
+def import_values(
+    names: Sequence[str], values: np.ndarray, source: str, model: Model, **options: Any
+) -> list[Recording]:
+    """Runs of named columns.
+
+    Args:
+        names: Names of the c columns.
+        values: Values of the columns, shape (t, c).
+        source: Name of the log in messages.
+        model: Nominal model.
+        options: Options of `import_table`.
+    """
+    return import_table(lambda _: [Table([*names], values)], Path(source), model, **options)
 
 
 def _stem(source: Path) -> str:

@@ -173,15 +173,16 @@ def test_a_log_without_time_has_the_rate_that_is_given_and_one_with_time_its_own
         assert "log.csv has its own time, column Time; --rate" in error
 
 
-def test_what_is_undecided_is_said_and_no_preset_is_written(capsys):
+def test_what_is_undecided_is_said_and_the_best_guess_is_written(capsys):
     noise = np.random.default_rng(0).normal(size=LOG.position.shape)
     write("far.csv", {"t": LOG.time, **columns("q{k}", 1.5 * LOG.position), **columns("i{k}", noise)})
     init("far.csv")
     printed = said(capsys)
     assert "NOT DECIDED: " in printed
-    assert "Next:" not in printed
-    assert not Path("preset.toml").exists()
-    assert re.search("^# (unit of position|order of joints)", Path("robot.toml").read_text(), re.MULTILINE)
+    assert re.search(r"Check first what is not decided \(.*Next: exidyn import far.csv", printed)
+    for file in ("preset.toml", "robot.toml"):
+        assert re.search("^# (unit of position|order of joints)", Path(file).read_text(), re.MULTILINE)
+    assert main(["import", "far.csv", "--robot", "robot.toml"]) == 0
 
 
 GRIPPER = """<link name="finger"/><link name="thumb"/>
