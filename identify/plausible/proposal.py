@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import Model
-from ..recordings.effort_checks import unread
+from ..recordings.effort_checks import unmeasured_words, unread
 from ..recordings.recording import EFFORT, Recording
 from ..recordings.tables.column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from ..recordings.tables.preset import Reading
@@ -175,6 +175,10 @@ def _meaning(
     places = {place for f in groups if f.signal != "other" for place in f.places}
     require_computable(names, values, sorted({clock, *places}))
     chosen, guesses, unnamed = _signals(groups)
+    silent = [s for s in EFFORT if s in chosen and unmeasured_words(values[:, chosen[s].places])]
+    if len(silent) == 1 and {*EFFORT} <= {*chosen}:  # as import does
+        del chosen[silent[0]]
+        guesses = [guess for guess in guesses if guess.what != silent[0]]
     servo = only_commanded(chosen)
     if not servo:
         chosen, by_motion = _by_motion(chosen, unnamed, max(tables, key=len), clock, model)

@@ -371,6 +371,38 @@ def test_missing_numbers_and_rows():
     assert f"these {len(lost) - 1} rows are left out" in " ".join(run.warnings)
 
 
+@pytest.mark.parametrize(("measured", "silent"), [("i", "tau"), ("tau", "i")])
+def test_an_effort_of_zeros_beside_another_is_left_out(measured, silent):
+    values = {"i": LOG.current, "tau": LOG.torque}[measured]
+    named = columns(f"{measured}{{k}}", values) | columns(f"{silent}{{k}}", 0.0 * values)
+    write("log.csv", {"t": LOG.time, **columns("q{k}", LOG.position), **named})
+    run = imported("log.csv")
+    assert ({"torque", "current"} & set(run.signals)) == {"torque" if measured == "tau" else "current"}
+
+
+@pytest.mark.parametrize("options", [["--degrees"], ["--units", "position=deg", "time=ms"]])
+def test_units_that_are_stated_are_not_guessed(options):
+    proposal = init("log.csv", *options)
+    guess = next(guess for guess in proposal["guesses"] if guess["what"] == "unit of position")
+    assert (guess["value"], guess["why"], guess["probability"]) == ("deg", "as stated", 1.0)
+    assert main(shlex.split(proposal["then"])[1:]) == 0
+    require(read_recording("log.mcap"), current=LOG.current)
+
+
+def test_a_unit_of_no_signal_and_options_of_tables_are_refused(capsys):
+    error = refused(capsys, "init", "log.csv", "--robot", "arm.urdf", "--units", "temperature=K")
+    assert "the log has no temperature; it has position, current" in error
+    signals = {"position": Signal(LOG.time, LOG.position), "torque": Signal(LOG.time, LOG.torque)}
+    write_recording(Recording("run", LOG.model, signals), "run.mcap")
+    error = refused(capsys, "init", "run.mcap", "--robot", "arm.urdf", "--degrees")
+    assert "--degrees is for tables" in error
+
+
+def test_identify_reads_a_table_in_degrees():
+    write("log.csv", PLAIN | columns("q{k}", np.degrees(LOG.position)))
+    assert main(["identify", "log.csv", "--robot", "arm.urdf", "--degrees", "--as-recorded"]) == 0
+
+
 def test_columns_may_be_named(capsys):
     named = {
         "a": 1e3 * LOG.time,
