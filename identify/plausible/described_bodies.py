@@ -2,7 +2,8 @@ r"""Likelihood of each joint's effort given the described masses: its sign, its 
 
 The effort of a joint is :math:`e = (\tau_0 + E c) / g + F f + D d + n`: the torque :math:`\tau_0` of the
 described bodies, their errors :math:`E` (one standard deviation per column), the gain :math:`g` [N m per
-unit], friction with a mostly positive prior (it brakes), and the discrepancy of `block_prediction`. With
+unit], friction with a mostly positive prior (it brakes), and a discrepancy: torque that depends on position,
+direction, speed and the neighbors' motion, as of cables or unusual friction. With
 Gaussian priors on c, f and d, the likelihood of any gain and sign has a closed form.
 """
 
@@ -18,7 +19,6 @@ from ..arm.robot import Robot
 from ..effects import Effect
 from ..effects.rigid_body import inertial_parameters, inertial_priors
 from ..model import Model
-from .block_prediction import joint_columns
 from .samples import Sampled, independent
 
 DRAWN = 0.3
@@ -41,6 +41,30 @@ FELT = 1e-4
 """Effect of an error relative to the largest one, below which it is negligible at any gain."""
 FEWEST = 40
 """Minimum number of samples of a sliding joint."""
+POSITION_WAVES, DIRECTION_WAVES = 6, 4
+"""Number of half waves over a joint's range in torque that depends on position, and in torque that also
+changes sign with direction."""
+
+
+def joint_columns(motion: Motion, joint: int) -> np.ndarray:
+    """Terms of a joint alone: rotor, viscous and Coulomb friction, offset, shape (t, 4)."""
+    velocity = motion.velocity[:, joint]
+    return np.stack([motion.acceleration[:, joint], velocity, np.sign(velocity), np.ones(len(velocity))], 1)
+
+
+def discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
+    """Torque that depends on a joint's position, direction and speed, and on its neighbors, shape (t, k)."""
+    position, velocity = motion.position[:, joint], motion.velocity[:, joint]
+    direction = np.sign(velocity)
+    share = (position - position.min()) / max(float(np.ptp(position)), 1e-12)
+    speed = np.abs(velocity) / max(float(np.abs(velocity).max()), 1e-12)
+    columns = [np.cos(np.pi * k * share) for k in range(1, POSITION_WAVES + 1)]
+    columns += [direction * np.cos(np.pi * k * share) for k in range(1, DIRECTION_WAVES + 1)]
+    columns += [speed, np.sqrt(speed), direction * np.sqrt(speed), direction * speed**2]
+    for k in (joint - 1, joint + 1):
+        if 0 <= k < motion.position.shape[1]:
+            columns += [motion.velocity[:, k], np.sign(motion.velocity[:, k])]
+    return np.stack(columns, axis=1)
 
 
 def described(robot: Robot) -> bool:
@@ -198,7 +222,8 @@ def likelihoods(
             angle = log.motion.position[rows, j]
             balancer = BALANCED * torque.std() * np.stack([np.sin(angle), np.cos(angle)], axis=1)
             errors = np.hstack([errors, balancer])
-        errors, free = errors[:, errors.any(axis=0)], joint_columns(log.motion, j)[rows]
+        errors = errors[:, errors.any(axis=0)]
+        free = np.hstack([joint_columns(log.motion, j)[rows], discrepancy_columns(log.motion, j)[rows]])
         each.append(Likelihood.of(log.effort[rows, j], torque, errors, free, float(noise[j])))
     return each
 

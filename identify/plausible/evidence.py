@@ -1,11 +1,12 @@
-"""Likelihood of a log under one hypothesis: bodies of any mass, described masses, and unlisted causes.
+"""Evidence of a log under one hypothesis, from three witnesses: shares, adequacy, and the described bodies.
 
-Bodies explain each joint's effort up to the error of `block_prediction`. With probability `SPOILED`, an
-unlisted cause (an effect, a damaged sensor) affects the joint; its unpredicted share is then `CORRECT` under
-every hypothesis. So no hypothesis wins by explaining a joint slightly less badly.
+Bodies of any mass leave a share of each joint's effort (`shares`), and fit as in correct logs or not
+(`adequacy`). The described bodies say what is plausible in size and sign (`described_bodies`). With
+probability `SPOILED`, an unlisted cause (an effect, a damaged sensor) affects a joint; its share is then
+`CORRECT` under every hypothesis. So no hypothesis wins by explaining a joint slightly less badly.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,20 +14,129 @@ import numpy as np
 
 from ..arm.rigid_regressor import rigid_regressor
 from ..model import Model
-from .block_prediction import BlockPrediction, Trees, trees_of
+from .adequacy import APART, LOST, pooled_share
+from .change import Change
 from .described_bodies import ANY, KINDS, Likelihood, Masses, Stated, described, likelihoods, mean_of_logs
 from .samples import Sampled
+from .shares import Columns, Fit
 
 CORRECT = 0.1
 """Unpredicted share of an effort's variance that nine of ten joints in correct logs do not exceed."""
 SPOILED = 0.1
 """Probability that a joint of a correct log exceeds it."""
-RESOLVED = 0.006
-"""Unpredicted share below which differences are not significant: a gain error of a seventh causes as much."""
-PERFECT = 0.006
-"""Unpredicted share in the best logs of real arms."""
+RESOLVED = 0.001
+"""Unpredicted share below which differences are not significant: friction that changes with temperature and
+load causes as much in good logs."""
+UNFITTED = 0.1
+"""P above which nothing of this kind fits a log [-]: in correct logs of arms whose efforts are known it is at
+most .09; missing physics and wrong columns exceed it."""
+WRONG_MASSES = -1.0
+"""Log-likelihood of a joint for described relative to any masses, below which the masses are contradicted."""
 GAINS = np.linspace(-3.0, 3.0, 13)
 """Integration points for the tolerance of a stated gain, in standard deviations."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A log as interpreted by one hypothesis."""
+
+    model: Model  # model of the arm
+    log: Sampled  # positions in SI units; efforts as torques from the stated gains, or in an unstated unit
+    stated: bool  # whether the efforts are torques, so that all joints share the bodies
+
+    def changed(self, change: Change) -> "Reading":
+        """The log with a correction applied."""
+        other = Reading(change.model(self.model), change.log(self.log), self.stated)
+        if not change.of_motion:
+            other.__dict__["columns"] = self.columns  # a cached property that depends only on the motion
+        return other
+
+    def without(self, times: Sequence[tuple[float, float]]) -> "Reading":
+        """The log without the samples in some intervals of time [s]."""
+        time = self.log.motion.time
+        kept = ~np.any([(first <= time) & (time <= last) for first, last in times], axis=0)
+        return replace(self, log=self.log._replace(sliding=self.log.sliding & kept[:, None]))
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of the motion."""
+        return Columns.of(self.model, self.log)
+
+    @cached_property
+    def fit(self) -> Fit:
+        """Left-out errors of bodies of any mass."""
+        return self.columns.fit(self.log.effort, shared=self.stated)
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Squared left-out errors, with shared parameters if the efforts are torques, shape (n,)."""
+        return self.fit.together if self.stated else self.fit.alone
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Share of each effort's variance that is left, shape (n,)."""
+        return self.fit.share(self.errors)
+
+    @property
+    def apart(self) -> np.ndarray:
+        """X of each joint, shape (n,); 1 if the efforts have an unknown unit or are constant."""
+        known = (self.fit.variance > 0.0) & (self.fit.alone > 0.0) & self.stated
+        return np.sqrt(np.divide(self.errors, self.fit.alone, out=np.ones(len(known)), where=known))
+
+    @property
+    def unfitted(self) -> float:
+        """P of all joints; of efforts in unknown units, the root mean square of the joints' shares."""
+        if not self.stated:
+            return (
+                float(np.sqrt(np.mean(self.shares[self.fit.variance > 0.0])))
+                if self.log.moving.any()
+                else 0.0
+            )
+        return pooled_share(self.errors, self.fit.power, self.model.robot.revolute)
+
+    @property
+    def fits(self) -> bool:
+        """Whether bodies of any mass fit as they do in correct logs."""
+        return bool(self.unfitted <= UNFITTED and np.all(self.apart <= APART))
+
+    @property
+    def misfits(self) -> list[int]:
+        """Joints that fit only alone; or those that nothing explains, if these are most joints that move."""
+        apart = np.flatnonzero(self.apart > APART).tolist()
+        lost = np.flatnonzero((np.sqrt(self.shares) > LOST) & (self.fit.variance > 0.0)).tolist()
+        return apart or (lost if 2 * len(lost) > self.log.moving.sum() and len(lost) > 1 else [])
+
+    @cached_property
+    def likelihoods(self) -> list[Likelihood]:
+        """Likelihood of each joint's gain given the described masses."""
+        rigid = rigid_regressor(self.model.robot.kinematics, self.log.motion)
+        noise = self.fit.share(self.fit.alone)
+        return likelihoods(self.model, self.log, rigid, Stated.of(self.model, self.log.motion), noise)
+
+    @cached_property
+    def evidence(self) -> "Evidence":
+        """Evidence of the efforts."""
+        return self.evidence_of(np.ones(self.model.robot.dof))
+
+    def evidence_of(self, factor: np.ndarray, shares: np.ndarray | None = None) -> "Evidence":
+        """Evidence of the efforts times factors (n,), whose shares are those of the log unless given."""
+        factors = [float(f) if self.stated else None for f in factor]
+        each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
+        left = self.shares if shares is None else shares
+        pieces = self.log.pieces
+        return Evidence(by_bodies(left, pieces), np.array(each).T, pieces, described(self.model.robot))
+
+    @property
+    def quick(self) -> float:
+        """Log-likelihood with bodies of any mass, by a single pass."""
+        fit = self.columns.fit(self.log.effort, self.stated, alone=False, passes=1)
+        left = fit.share(fit.together if self.stated else fit.alone)
+        return float(_or_spoiled(by_bodies(left, self.log.pieces), self.log.pieces).sum())
+
+
+def by_bodies(shares: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+    """Log-likelihood of each joint from its share and its number of independent pieces, shape (n,)."""
+    return np.asarray(-0.5 * pieces * np.log(shares + RESOLVED))
 
 
 @dataclass(frozen=True)
@@ -44,132 +154,26 @@ class Evidence:
         return float(np.logaddexp.reduce(self._kinds))
 
     @property
-    def trust(self) -> np.ndarray:
-        """Probability that the hypothesis, not an unlisted cause, explains each joint, shape (n,)."""
-        odds = self._explained[self.kind] - self._spoiled
-        return np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -99, 99))))
+    def as_drawn(self) -> bool:
+        """Whether masses as accurate as those of a drawing contradict no joint."""
+        return bool(np.all(self.by_masses[0] >= WRONG_MASSES)) or not self.drawn
 
     @property
-    def kind(self) -> int:
-        """Index of the most probable quality level of the masses."""
-        return int(np.argmax(self._kinds))
-
-    @property
-    def joints(self) -> np.ndarray:
-        """Log-likelihood of each joint with the most probable quality of the masses, shape (n,)."""
-        return np.logaddexp(self._explained[self.kind], self._spoiled)
-
-    @property
-    def room(self) -> np.ndarray:
-        """Possible gain in log-likelihood of each effort up to a perfect prediction, shape (n,)."""
-        perfect = -0.5 * self.pieces * np.log(PERFECT + RESOLVED)
-        return np.maximum(perfect - self.by_bodies, 0.0)
-
-    def with_room(self, by_masses: np.ndarray) -> "Evidence":
-        """Upper bound of the evidence for other signs and sizes of efforts, given `by_masses` for them."""
-        return replace(self, by_bodies=self.by_bodies + self.room, by_masses=by_masses)
-
-    @property
-    def _explained(self) -> np.ndarray:
-        return np.log1p(-SPOILED) + self.by_bodies + self.by_masses
-
-    @property
-    def _spoiled(self) -> np.ndarray:
-        return np.log(SPOILED) - 0.5 * self.pieces * np.log(CORRECT + RESOLVED)
+    def agrees(self) -> bool:
+        """Whether the described masses, of the most probable quality, contradict no joint."""
+        return bool(np.all(self.by_masses[int(np.argmax(self._kinds))] >= WRONG_MASSES))
 
     @property
     def _kinds(self) -> np.ndarray:
-        joints = np.logaddexp(self._explained, self._spoiled)
         prior = [kind.probability if self.drawn else float(kind is ANY) for kind in KINDS]
+        joints = _or_spoiled(self.by_bodies + self.by_masses, self.pieces)
         return np.asarray(np.log(np.maximum(prior, 1e-300)) + joints.sum(axis=1))
 
 
-@dataclass(frozen=True)
-class Reading:
-    """A log as interpreted by one hypothesis."""
-
-    model: Model  # model of the arm
-    log: Sampled  # positions in SI units; efforts as torques from the stated gains, or in an unstated unit
-    stated: bool  # whether the efforts are torques
-
-    @cached_property
-    def _rigid(self) -> np.ndarray:
-        return rigid_regressor(self.model.robot.kinematics, self.log.motion)
-
-    @cached_property
-    def _others(self) -> Stated:
-        return Stated.of(self.model, self.log.motion)
-
-    @cached_property
-    def _trees(self) -> Trees:
-        return trees_of(np.concatenate([self._rigid, self._others.columns], axis=2), self.log)
-
-    def shares(
-        self, method: Callable[[BlockPrediction, np.ndarray], np.ndarray], effort: np.ndarray
-    ) -> np.ndarray:
-        """Share of each effort (t, n) that a method of `BlockPrediction` does not explain, shape (n,)."""
-        shares = np.zeros(effort.shape[1])
-        for joints, prediction in self._trees:
-            shares[joints] = method(prediction, effort[:, joints])
-        return shares
-
-    @cached_property
-    def single(self) -> np.ndarray:
-        """Unpredicted share of each effort with separate bodies of any mass for each joint, shape (n,)."""
-        return self.shares(BlockPrediction.single, self.log.effort)
-
-    @cached_property
-    def coupled(self) -> np.ndarray:
-        """Unpredicted share of each effort with common bodies of any mass, shape (n,)."""
-        return self.shares(BlockPrediction.coupled, self.log.effort)
-
-    @cached_property
-    def likelihoods(self) -> list[Likelihood]:
-        """Likelihood of each joint's gain given the described masses."""
-        return likelihoods(self.model, self.log, self._rigid, self._others, self.single)
-
-    def with_efforts(self, order: np.ndarray) -> "Reading":
-        """Reading with the same motion and the efforts in another order (n,)."""
-        other = Reading(self.model, self.log._replace(effort=self.log.effort[:, order]), self.stated)
-        for name in ("_rigid", "_others", "_trees"):  # cached properties that depend only on the motion
-            other.__dict__[name] = getattr(self, name)
-        return other
-
-    def halves(self) -> list["Reading"]:
-        """Readings of the first and the second half of the log."""
-        return [replace(self, log=half) for half in self.log.halves()]
-
-    @cached_property
-    def pieces(self) -> np.ndarray:
-        """Number of independent pieces of each effort, shape (n,)."""
-        return self.log.pieces
-
-    def by_bodies(self, factor: np.ndarray) -> np.ndarray:
-        """Log-likelihood of efforts times a factor (n,) with bodies of any mass, shape (n,)."""
-        if not self.stated or np.isnan(factor).any():
-            unpredicted = self.single
-        elif np.all(factor == factor[0]):
-            unpredicted = self.coupled
-        else:
-            unpredicted = self.shares(BlockPrediction.coupled, self.log.effort * factor)
-        return -0.5 * self.pieces * np.log(unpredicted + RESOLVED)
-
-    def by_masses(self, factor: np.ndarray) -> np.ndarray:
-        """Log-likelihood that described masses of each quality add to it, shape (k, n)."""
-        factors = [float(f) if self.stated and np.isfinite(f) else None for f in factor]
-        each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
-        return np.array(each).T
-
-    def evidence(self, factor: np.ndarray | None = None, at_best: np.ndarray | None = None) -> Evidence:
-        """Evidence of the efforts, each times a factor (n,) with its sign.
-
-        If `at_best`, shape (k, n), is what the described masses may add at most, it is an upper bound.
-        """
-        factor = np.ones(self.model.robot.dof) if factor is None else factor
-        if at_best is not None:
-            return Evidence(self.by_bodies(factor), at_best, self.pieces, True)
-        drawn = described(self.model.robot)
-        return Evidence(self.by_bodies(factor), self.by_masses(factor), self.pieces, drawn)
+def _or_spoiled(explained: np.ndarray, pieces: np.ndarray) -> np.ndarray:
+    """Log-likelihood (..., n) of joints that a hypothesis explains, or an unlisted cause."""
+    spoiled = np.log(SPOILED) - 0.5 * pieces * np.log(CORRECT + RESOLVED)
+    return np.asarray(np.logaddexp(np.log1p(-SPOILED) + explained, spoiled))
 
 
 def _by_masses(likely: Likelihood, factor: float | None) -> list[float]:

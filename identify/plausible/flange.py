@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.rigid_regressor import INERTIAL, body_regressor, rigid_regressor
+from ..arm.rigid_regressor import INERTIAL, body_regressor
 from ..model import Model
 from ..recordings.recording import Recording
 from ..text_table import NORMAL_95, digits
-from .block_prediction import BlockPrediction
-from .described_bodies import Stated
 from .evidence import RESOLVED
 from .samples import Sampled, joined, sampled_torques
+from .shares import EXACT, Columns, Fit
 from .suspicion import Suspicion
 
 MOST = 400
@@ -51,16 +50,13 @@ def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBod
     log = joined(logs)
     begin = sum(len(other.effort) for other in logs[:loaded])
     rows = slice(begin, begin + len(logs[loaded].effort))
-    robot = model.robot
-    stated = Stated.of(model, log.motion).columns
-    columns = np.concatenate([rigid_regressor(robot.kinematics, log.motion), stated], axis=2)
     body = np.zeros((*log.effort.shape, len(INERTIAL)))
-    body[rows] = body_regressor(robot.kinematics, log.motion[rows], robot.flange)
-    all_columns = np.concatenate([body, columns], axis=2)
-    without, with_body = BlockPrediction.of(columns, log), BlockPrediction.of(all_columns, log)
-    losses = [np.log(prediction.coupled(log.effort) + RESOLVED) for prediction in (without, with_body)]
+    body[rows] = body_regressor(model.robot.kinematics, log.motion[rows], model.robot.flange)
+    columns = Columns.of(model, log, body)
+    fits = [each.fit(log.effort, alone=False) for each in (Columns.of(model, log), columns)]
+    losses = [np.log(fit.share(fit.together) + RESOLVED) for fit in fits]
     gain = float(0.5 * log.pieces @ (losses[0] - losses[1]))
-    values, covariance = _fitted(all_columns, with_body, log)
+    values, covariance = _fitted(columns, log, fits[1])
     mass, moments = values[MASS], values[MOMENTS]
     if mass == 0.0:  # the motion does not reveal a mass
         return FlangeBody(gain, 0.0, np.inf, np.zeros(3), np.full(3, np.inf))
@@ -71,33 +67,19 @@ def flange_body(model: Model, logs: Sequence[Sampled], loaded: int) -> FlangeBod
     return FlangeBody(gain, float(mass), mass_std, moments / mass, center_std)
 
 
-def _fitted(columns: np.ndarray, prediction: BlockPrediction, log: Sampled) -> tuple[np.ndarray, np.ndarray]:
+def _fitted(columns: Columns, log: Sampled, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Parameters of the payload and their covariance, by least squares over all joints."""
-    sliding = log.sliding.astype(float)
-    effort = (log.effort - log.effort.mean(axis=0)) * sliding
-    n, count = effort.shape[1], prediction.terms.shape[2]
-    level = np.sqrt(np.maximum(prediction.coupled(log.effort), 1e-6)) * effort.std(axis=0)
-    blocks = []
-    for j in np.flatnonzero(level):  # a constant effort was not measured
-        terms = np.zeros((len(effort), n * count))
-        terms[:, j * count : (j + 1) * count] = prediction.terms[j]
-        bodies = columns[:, j] * sliding[:, j : j + 1]
-        blocks.append(np.column_stack([bodies, terms, effort[:, j]]) / level[j])
-    matrix = np.concatenate(blocks)
-    size = np.sqrt((matrix[:, :-1] ** 2).sum(axis=0))
-    nonzero = size > 0
-    scaled = matrix[:, :-1][:, nonzero] / size[nonzero]
-    inverse = np.linalg.inv(scaled.T @ scaled + HELD_BACK * np.eye(scaled.shape[1]))
-    solution = inverse @ (scaled.T @ matrix[:, -1])
-    residual = matrix[:, -1] - scaled @ solution
+    known = fit.variance > 0.0  # a constant effort was not measured
+    level = (fit.together + EXACT * fit.variance) / np.maximum(columns.sliding.sum(axis=0), 1)
+    weight = np.divide(1.0, level, out=np.zeros_like(level), where=known)
+    matrix, right = columns.normal_equations(log.effort, weight)
+    inverse = np.linalg.inv(matrix + np.diag(HELD_BACK * np.diag(matrix) + (np.diag(matrix) == 0.0)))
+    solution = inverse @ right
+    power = float(weight @ ((log.effort * columns.sliding) ** 2).sum(axis=0))
     # The number of independent samples determines the variance.
-    variance = float(residual @ residual) / max(float(log.pieces.sum()), 1.0)
-    body = np.flatnonzero(nonzero[: len(INERTIAL)])
-    values, covariance = np.zeros(len(INERTIAL)), np.zeros((len(INERTIAL), len(INERTIAL)))
-    values[body] = solution[: len(body)] / size[body]
-    inverse = inverse[: len(body), : len(body)]
-    covariance[np.ix_(body, body)] = variance * inverse / np.outer(size[body], size[body])
-    return values, covariance
+    variance = (power - float(right @ solution)) / max(float(log.pieces.sum()), 1.0)
+    body, scale = slice(len(INERTIAL)), columns.scale[: len(INERTIAL)]
+    return solution[body] / scale, variance * inverse[body, body] / np.outer(scale, scale)
 
 
 def body_suspicions(runs: Sequence[Recording], model: Model) -> Iterator[tuple[Recording, Suspicion]]:

@@ -8,27 +8,25 @@ from collections.abc import Sequence
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from ..errors import listed
 from ..model import Model
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..text_table import digits
-from .block_prediction import BlockPrediction
 from .evidence import Reading
 from .flange import body_suspicions
 from .gains import TELLS, gains
+from .misfit_times import misfit_times
 from .mistake import LogFacts
-from .mistakes import MOUNTING
 from .samples import joined, sampled_torques
-from .suspicion import NONE_OF_THESE, Suspicion
+from .search import MOST, Weighed, weigh
+from .suspicion import AT_TIMES, NONE_OF_THESE, Suspicion
 from .units import encoder_steps
-from .weigh import MOST, SURE, Weighed, supported, weigh
 
 LIKELY = 0.5
 """Probability beyond which a mistake is reported."""
 ALONE = 0.9
 """Probability required if only one of several runs shows a mistake: recorders seldom change between runs."""
-UNEXPLAINED = 0.5
-"""Unpredicted share of an effort's variance beyond which bodies and friction do not explain the effort."""
 
 
 def doubts(runs: Sequence[Recording], model: Model) -> list[str]:
@@ -63,7 +61,7 @@ def suspect(runs: Sequence[Recording], model: Model) -> Suspicion | None:
 
 
 def _checked(runs: Sequence[Recording], model: Model) -> tuple[Suspicion | None, bool]:
-    """Suspicion about all recordings together, and whether each joint is explained without a correction.
+    """Suspicion about all recordings together, and whether the log fits without a correction.
 
     There is no suspicion if they are too short or nothing moves.
     """
@@ -76,38 +74,53 @@ def _checked(runs: Sequence[Recording], model: Model) -> tuple[Suspicion | None,
     torques = all("torque" in run.signals for run in usable)
     servo = all(is_servo_error(run.settings) for run in usable)
     steps = encoder_steps(np.concatenate([run.signals["position"].values for run in usable]))
-    facts = LogFacts(model.robot, reading.log, _ratio(reading), model.robot.drive_gain, torques, servo, steps)
+    facts = LogFacts(model.robot, reading.log, _ratio(reading), torques, servo, steps)
     weighed = weigh(reading, facts)
-    parts = logs if len(logs) > 1 else logs[0].halves()
-    suspicion = _suspicion(weighed, facts, [Reading(model, part.thinned(MOST), stated) for part in parts])
-    return suspicion, bool(weighed.plain.trust[facts.moving].min(initial=1.0) > LIKELY)
+    return _suspicion(weighed, facts), reading.fits
 
 
-def _suspicion(weighed: Weighed, facts: LogFacts, parts: Sequence[Reading]) -> Suspicion | None:
-    probability, joints = weighed.probability, facts.joints
-    if probability > LIKELY:
-        best = weighed.cases[0]
-        # A direction found by a search in the same data needs no check against parts of the data.
-        searched = best.mistake is MOUNTING
-        if probability > SURE and (searched or not supported(parts, best.change)):
-            probability = SURE
-        names = tuple(joints[j] for j in best.joints)
-        mistake = best.mistake
-        return Suspicion(mistake.name, names, best.clause, mistake.cure, probability)
-    return _none_of_these(parts, facts)
-
-
-def _none_of_these(parts: Sequence[Reading], facts: LogFacts) -> Suspicion | None:
-    """Suspicion of an unlisted mistake if most joints are not explained at all."""
-    share = np.mean([part.shares(BlockPrediction.fitted, part.log.effort) for part in parts], axis=0)
-    unexplained = [j for j in facts.moving if share[j] > UNEXPLAINED]
-    if len(unexplained) < 2 or 2 * len(unexplained) <= len(facts.moving):
+def _suspicion(weighed: Weighed, facts: LogFacts) -> Suspicion | None:
+    found, reading = weighed.named, weighed.plain.reading
+    if found is not None and weighed.probability > LIKELY:
+        names = tuple(facts.joints[j] for j in found.joints)
+        clause = "; ".join(case.clause for case in found.cases)
+        pairs = zip(found.mistakes, found.cases, strict=True)
+        cure = "; ".join(dict.fromkeys(case.cure or mistake.cure for mistake, case in pairs))
+        return Suspicion(found.mistakes[0].name, names, clause, cure, weighed.probability)
+    if reading.fits or facts.servo:  # an error of servos is no measured effort
         return None
-    names = tuple(facts.joints[j] for j in unexplained)
-    shares = ", ".join(f"{facts.joints[j]} {digits(100 * share[j], 2)} %" for j in unexplained)
-    clause = f"bodies of any mass and friction do not explain most of the efforts ({shares})"
-    cure = "check whether another arm was recorded, and check columns and units for an unlisted mistake"
-    return Suspicion(NONE_OF_THESE, names, clause, cure, None)
+    return at_times(reading) or (unexplained(reading, facts.joints) if reading.misfits else None)
+
+
+def at_times(reading: Reading) -> Suspicion | None:
+    """Suspicion of a cause that acts only at times, on several joints at once; the rest of the log fits."""
+    times = misfit_times(reading)
+    if not times or not reading.without(times).fits:
+        return None
+    words = listed([f"{first:.1f} to {last:.1f}" for first, last in times])
+    clause = f"several joints leave the model together in {words} s, as from a force on the arm"
+    return Suspicion(
+        AT_TIMES,
+        (),
+        f"{clause}; the rest of the log fits",
+        "leave these times out, or estimate the force with exidyn contact",
+        None,
+    )
+
+
+def unexplained(reading: Reading, joints: Sequence[str]) -> Suspicion:
+    """Suspicion of a cause without a name: which efforts the description does not explain."""
+    misfits, left = reading.misfits, np.sqrt(reading.shares)
+    shares = ", ".join(f"{joints[j]} {digits(100 * left[j], 2)} %" for j in misfits)
+    others = "" if len(misfits) == reading.log.moving.sum() else "; the other joints fit"
+    clause = f"the description does not explain the efforts of {listed([joints[j] for j in misfits])}"
+    return Suspicion(
+        NONE_OF_THESE,
+        tuple(joints[j] for j in misfits),
+        f"{clause} (left of the torque: {shares}{others})",
+        "no correction of units, signs or order that exidyn knows makes them fit",
+        None,
+    )
 
 
 def _ratio(reading: Reading) -> np.ndarray:

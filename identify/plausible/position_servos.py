@@ -10,12 +10,12 @@ from ..recordings.recording import EFFORT, Recording
 from ..recordings.servo_error import is_servo_error
 from ..recordings.tables.column_names import Family
 from ..text_table import digits
-from .effort_mistakes import FAR
 from .evidence import Reading
 from .gains import Gain, gain_guesses, gains
 from .samples import joined, sampled_run
+from .search import MOST
+from .size_mistakes import FAR
 from .suspicion import Guess
-from .weigh import MOST
 
 ERROR = "position error"
 BY_SERVO = f"no effort: the {ERROR} takes its place, as for position servos with gain kp [N m/rad]"

@@ -22,6 +22,7 @@ from .imported_log import Log, imported, in_log_units, likely_units, readings_of
 from .position_servos import BY_SERVO, error_of, only_commanded, servo_gains
 from .proposed_units import Proposed, joint_odds, propose_units, stated_units
 from .refusals import no_time, not_found, require_computable, require_measured
+from .search import posterior
 from .stated_units import (
     Stated,
     as_stated,
@@ -34,7 +35,6 @@ from .stated_units import (
 )
 from .suspicion import Guess
 from .units import STATED, TIME, Units, affine, moves, quirks
-from .weigh import posterior
 
 FOLLOWS = 2.0
 """Maximum ratio of the motion of a command and of the joint that follows it, or the reverse."""

@@ -21,8 +21,8 @@ from ..robot_files.description import XML
 from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
+from .change import with_gravity
 from .gains import GAIN_OF, Gain, gain_guesses
-from .mistake import with_gravity
 from .proposal import Proposal
 from .proposed_units import GRAVITY
 from .suspicion import DECIDED, Guess

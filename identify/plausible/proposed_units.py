@@ -11,15 +11,17 @@ from ..model import Model
 from ..recordings.recording import EFFORT
 from ..recordings.tables.column_names import Family
 from ..text_table import digits, percent
-from .effort_mistakes import direction_words
+from .change import Change, scaled, with_gravity
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains
 from .imported_log import Log
-from .mistake import Change, LogFacts, with_gravity
+from .joint_mistakes import order_of
+from .mistake import LogFacts
 from .samples import sampled
+from .search import FAR_BEHIND, MOST, Found, Weighed, posterior, weigh
+from .size_mistakes import direction_words
 from .suspicion import DECIDED, Guess
 from .units import FREE, TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of, with_fixed
-from .weigh import FAR_BEHIND, MOST, Case, Weighed, posterior, supported, weigh
 
 AS_NUMBERED = 0.99
 """Probability that numbered columns are in the robot's order."""
@@ -31,6 +33,7 @@ SHAPES = frozenset(
         "exchanged_efforts",
         "position_sign",
         "position_scale",
+        "sum_of_positions",
         "no_gravity",
         "upside_down",
     }
@@ -46,7 +49,7 @@ def reading_of(log: Log, model: Model, units: Units) -> Reading:
     effort = next(log.values[signal] for signal in EFFORT if signal in log.values)
     samples = sampled(log.time * TIME[units.time], position, effort).thinned(MOST)
     scale, zero = affine(model.robot, units.position, position)
-    return Change(scale=scale, zero=zero).read(Reading(model, samples, False))
+    return Reading(model, samples, False).changed(Change(position=scaled(scale), zero=zero))
 
 
 class Proposed(NamedTuple):
@@ -76,7 +79,7 @@ def joint_odds(log: Log, model: Model, stated: Units, fixed: Units = FREE) -> di
     for units, value in odds.items():
         if units.position not in by_bodies and value > odds[best] - 2 * FAR_BEHIND:
             reading = reading_of(log, model, units._replace(time=best.time))
-            by_bodies[units.position] = reading.evidence().log_likelihood
+            by_bodies[units.position] = reading.evidence.log_likelihood
     least = min(by_bodies.values())
     return {units: value + by_bodies.get(units.position, least) for units, value in odds.items()}
 
@@ -116,64 +119,64 @@ def propose_units(
             gravity = tuple(direction.tolist())
             reading = replace(reading, model=with_gravity(model, direction))
     if order != tuple(range(len(order))):
-        columns = np.array(order)
-        reading = Change(columns, columns).read(reading)
+        matrix = np.eye(len(order))[list(order)]
+        reading = reading.changed(Change(position=matrix, effort=matrix))
     units = best if "velocity" in why else best._replace(velocity="")
     return Proposed(units, order, reading, gravity, guesses, *_doubt(weighed))
 
 
 def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
-    n = model.robot.dof
     kinds = SHAPES if by_name else SHAPES | ORDERS
-    facts = LogFacts(model.robot, reading.log, np.full(n, np.nan), np.ones(n), False)
+    facts = LogFacts(model.robot, reading.log, np.full(model.robot.dof, np.nan), False)
     return weigh(reading, facts, kinds)
 
 
-def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Case | None, float]:
-    """Most probable case of some kinds of mistakes, and the total probability of these kinds."""
-    cases = [case for case in weighed.cases if case.mistake.name in kinds]
-    if not cases:
-        return None, 0.0
-    return cases[0], sum(weighed.share(case) for case in cases)
+def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Found | None, float]:
+    """Most probable single mistake of some kinds, and the total probability of these kinds."""
+    found = [one for one in weighed.found if len(one.mistakes) == 1 and one.mistakes[0].name in kinds]
+    return (found[0], sum(map(weighed.share, found))) if found else (None, 0.0)
 
 
 def _order(weighed: Weighed, n: int) -> tuple[Guess, tuple[int, ...]]:
-    case, share = _likeliest(weighed, ORDERS)
-    why, option = f"bodies; {len(weighed.cases)} alternatives", "[position] column in a preset"
-    if case is None or weighed.share(case) * case.trust < 0.5 or case.change.position is None:
-        sure = min(AS_NUMBERED, 1.0 - share) * (1.0 - weighed.unexplained)
+    found, share = _likeliest(weighed, ORDERS)
+    why, option = f"bodies; {len(weighed.found)} alternatives", "[position] column in a preset"
+    order = None if found is None else order_of(found.change)
+    if found is None or order is None or weighed.share(found) < 0.5 or not found.reading.fits:
+        sure = min(AS_NUMBERED, 1.0 - share)
         return Guess("order of joints", "as numbered", sure, why, option), tuple(range(n))
-    order = tuple(case.change.position.tolist())
     value = ", ".join(str(k + 1) for k in order)
-    return Guess("order of joints", value, weighed.share(case) * case.trust, why, option), order
+    return Guess("order of joints", value, weighed.share(found), why, option), tuple(order.tolist())
 
 
 def _mounting(weighed: Weighed, reading: Reading) -> tuple[Guess, np.ndarray] | None:
     """Guess of gravity if a direction other than the described one is more probable."""
-    case, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
-    if case is None or case.change.gravity is None or share < 0.5:
+    found, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
+    if found is None or found.change.gravity is None or share < 0.5:
         return None
-    gravity = case.change.gravity
+    gravity = found.change.gravity
     size = float(np.linalg.norm(gravity))
     value = f"{direction_words(gravity / size)} of the base" if size else "none: the efforts lack the weight"
-    probability = weighed.sure(case, weighed.share(case))
-    if not supported(reading.halves(), case.change):
-        probability = min(probability, DECIDED)
+    probability = weighed.share(found) if found.reading.fits else min(weighed.share(found), DECIDED)
     return Guess(GRAVITY, value, probability, "bodies, friction", "gravity in robot.toml"), gravity
 
 
 def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
     """Sentence on a probable mistake other than unit, order and mounting, and the joints concerned."""
-    case, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
-    if case is None or weighed.cases[0] is not case or weighed.probability < 0.5:
+    found, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
+    if found is None or weighed.named is not found or weighed.probability < 0.5:
         return "", ()
-    return f"{case.clause} (probability {percent(weighed.probability)}): {case.mistake.cure}", case.joints
+    cure = found.cases[0].cure or found.mistakes[0].cure
+    return f"{found.cases[0].clause} (probability {percent(weighed.probability)}): {cure}", found.joints
 
 
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:
-    """Guess of the position unit, adjusted for the probability of an unlisted unit or a scale factor."""
+    """Guess of the position unit, adjusted for the probability of an unlisted unit or a scale factor.
+
+    With an unlisted unit, bodies do not explain the efforts.
+    """
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
-    among = float(1 / (1 + np.exp(other_unit_odds(seen, robot, log.values["position"], units))))
+    other = other_unit_odds(seen, robot, log.values["position"], units)
+    among = 1.0 if weighed.plain.reading.fits else float(1 / (1 + np.exp(other)))
     if among < 0.5:
         return replace(guess, value="", probability=0.0, option="positions in radians or meters")
     _, scaled = _likeliest(weighed, frozenset({"position_scale"}))

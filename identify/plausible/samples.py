@@ -56,11 +56,6 @@ class Sampled(NamedTuple):
         """Log with at most `most` samples, evenly spaced."""
         return self.rows(slice(None, None, max(1, -(-len(self.effort) // most))))
 
-    def halves(self) -> tuple["Sampled", "Sampled"]:
-        """First and second half of the log."""
-        middle = len(self.effort) // 2
-        return self.rows(slice(None, middle)), self.rows(slice(middle, None))
-
 
 def joined(logs: Sequence[Sampled]) -> Sampled:
     """Concatenation of several logs."""
@@ -91,8 +86,12 @@ def sampled(time: np.ndarray, position: np.ndarray, effort: np.ndarray) -> Sampl
     even, smooth, velocity, acceleration = (np.concatenate(part) for part in zip(*parts, strict=True))
     motion = Motion.of(even, smooth[:, :n], velocity[:, :n], acceleration[:, :n])
     usual = np.percentile(np.abs(motion.velocity), 90, axis=0)
-    usual = np.maximum(usual, HOLDS / SLIDES * usual.max())
-    return Sampled(motion, smooth[:, n:], np.abs(motion.velocity) > SLIDES * usual)
+    return Sampled(motion, smooth[:, n:], sliding(motion.velocity) & (usual > HOLDS * usual.max()))
+
+
+def sliding(velocity: np.ndarray) -> np.ndarray:
+    """Whether each joint slides at velocities (t, n), bool of shape (t, n)."""
+    return np.asarray(np.abs(velocity) > SLIDES * np.percentile(np.abs(velocity), 90, axis=0))
 
 
 def independent(values: np.ndarray) -> int:

@@ -11,21 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...plausible.adequacy import failing_joints, pooled_share
 from ...positive_definite import solve
 from ..blocks.prediction import UNKNOWN, Prediction, factored
 from ..findings.adequacy import Adequacy, Misfit
 from ..search.problem import Problem
 from ..search.search import SearchResult
 
-UNFITTED = 0.125
-"""Left-out residual over torque, all joints of a unit together, above which nothing of this kind fits [-].
-With findings it is at most .11 in correct recordings (a small servo), and at least .14 in wrong ones."""
-APART = 2.5
-"""Left-out residual of a joint over that with separate parameters above which it fits only alone [-]. Without
-findings it is .9 to 2.5 in 28 of 30 correct recordings; with findings, both limits fail about one in ten."""
-LOST = 0.5
-"""Left-out residual of a joint over its torque above which its effort is not explained [-]. Without findings
-it is at most .49 in 29 of 30 correct recordings; a tilt of 2 degrees exceeds it on a joint without weight."""
 OWN = 1e-3
 """Weight of the shared parameters as a prior of separate ones, relative to the data [-]: it matters only in
 directions that one joint hardly determines."""
@@ -98,27 +90,6 @@ def separate_errors(prediction: Prediction, shared: np.ndarray) -> np.ndarray:
             separate[block] = solve(factor, side - right + prior * separate[block])
         errors.append(np.square(torque - (columns @ separate[:, :, None])[:, :, 0]).sum(axis=1))
     return np.stack(errors, axis=1)
-
-
-def pooled_share(errors: np.ndarray, power: np.ndarray, revolute: np.ndarray) -> float:
-    """Residual over torque of all joints together, the larger of those of N m and of N [-]."""
-    units = [joints for joints in (revolute, ~revolute) if power[joints].any()]
-    return max((float(np.sqrt(errors[j].sum() / power[j].sum())) for j in units), default=0.0)
-
-
-def failing_joints(
-    together: np.ndarray, alone: np.ndarray, power: np.ndarray, revolute: np.ndarray
-) -> tuple[int, ...]:
-    """Joints without a fit, or with a fit only alone, and the fewest without which the others fit together.
-
-    Squared errors with shared and with separate parameters, and squared torques, are (n,) [(N m)^2].
-    """
-    failing = (together > APART**2 * alone) | (together > LOST**2 * power)
-    for unit in (revolute, ~revolute):
-        order = sorted(np.flatnonzero(unit), key=lambda joint: -together[joint])
-        while order and together[order].sum() > UNFITTED**2 * power[unit].sum():
-            failing[order.pop(0)] = True
-    return tuple(map(int, np.flatnonzero(failing & (power > 0.0))))
 
 
 def large_misfits(

@@ -175,7 +175,7 @@ def test_a_log_without_time_has_the_rate_that_is_given_and_one_with_time_its_own
 
 def test_what_is_undecided_is_said_and_the_best_guess_is_written(capsys):
     noise = np.random.default_rng(0).normal(size=LOG.position.shape)
-    write("far.csv", {"t": LOG.time, **columns("q{k}", 1.5 * LOG.position), **columns("i{k}", noise)})
+    write("far.csv", {"t": LOG.time, **columns("q{k}", 2.0 * LOG.position), **columns("i{k}", noise)})
     init("far.csv")
     printed = said(capsys)
     assert "NOT DECIDED: " in printed

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from exidyn.identification.diagnosis.findings.adequacy import Adequacy
-from exidyn.identification.diagnosis.results.adequacy import adequacy, failing_joints, pooled_share
+from exidyn.identification.diagnosis.results.adequacy import adequacy
 from exidyn.identification.diagnosis.search.problem import Problem
+from exidyn.identification.plausible.adequacy import failing_joints, pooled_share
 
 from ...parts.small.small_search import problem, record
 

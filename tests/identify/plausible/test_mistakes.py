@@ -6,12 +6,12 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.plausible.evidence import Reading
 from exidyn.identification.plausible.gate import suspect
+from exidyn.identification.plausible.joint_mistakes import equal_chains
 from exidyn.identification.plausible.mistake import LogFacts
 from exidyn.identification.plausible.mistakes import TABLE
-from exidyn.identification.plausible.position_mistakes import equal_chains
 from exidyn.identification.plausible.position_servos import servo_gain_doubts
 from exidyn.identification.plausible.samples import sampled
-from exidyn.identification.plausible.weigh import weigh
+from exidyn.identification.plausible.search import weigh
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.servo_error import LAW
 from exidyn.identification.robot_files.robot_file import read_model
@@ -82,20 +82,20 @@ def test_kinds_have_names_of_their_own_and_leave_most_logs_right():
 def test_every_case_changes_a_log_into_one_of_the_same_shape():
     log = sampled(LOG.time, LOG.position, LOG.torque).thinned(100)
     reading = Reading(LOG.model, log, True)
-    facts = LogFacts(ROBOT, log, np.full(ROBOT.dof, 30.0), ROBOT.drive_gain, True)
+    facts = LogFacts(ROBOT, log, np.full(ROBOT.dof, 30.0), True)
     for mistake in TABLE:
-        for what, change, joints in mistake.cases(facts):
-            other = change.read(reading).log
-            assert what
-            assert set(joints) <= set(range(ROBOT.dof))
+        for case in mistake.cases(facts):
+            other = reading.changed(case.change).log
+            assert case.clause
+            assert set(case.joints) <= set(range(ROBOT.dof))
             assert other.motion.position.shape == other.effort.shape == log.effort.shape
 
 
 def test_no_mistake_is_trusted_where_it_explains_no_better_than_chance():
     rng = np.random.default_rng(1)
     log = sampled(LOG.time, LOG.position, rng.normal(size=LOG.torque.shape)).thinned(100)
-    facts = LogFacts(ROBOT, log, np.full(ROBOT.dof, np.nan), ROBOT.drive_gain, True)
-    assert weigh(Reading(LOG.model, log, True), facts).probability < 0.5
+    facts = LogFacts(ROBOT, log, np.full(ROBOT.dof, np.nan), True)
+    assert weigh(Reading(LOG.model, log, True), facts).named is None
 
 
 def test_servo_gains_of_a_file_are_held_against_the_log():

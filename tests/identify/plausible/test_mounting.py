@@ -7,7 +7,7 @@ from exidyn.identification.arm.derivatives import differentiate
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.rigid_regressor import rigid_regressor
 from exidyn.identification.effects.rigid_body import inertial_parameters
-from exidyn.identification.plausible.mistake import with_gravity
+from exidyn.identification.plausible.change import with_gravity
 from exidyn.identification.plausible.proposal import propose
 from exidyn.identification.plausible.proposal_text import proposal_text, robot_toml
 from exidyn.identification.plausible.proposed_units import GRAVITY

@@ -7,8 +7,8 @@ import pytest
 
 from exidyn.identification.errors import BadTime, RecordingError
 from exidyn.identification.plausible.proposal import propose
+from exidyn.identification.plausible.search import posterior
 from exidyn.identification.plausible.suspicion import Guess
-from exidyn.identification.plausible.weigh import posterior
 
 from ...parts.runs.logs import columns, short_arm, short_log
 

@@ -1,0 +1,189 @@
+"""Search for the mistakes that explain a log: one after another, at most three.
+
+Three witnesses must agree before a mistake is named: it is more probable than none and than all others in the
+table with which the log fits as correct logs do, and the described bodies do not contradict it.
+"""
+
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from .change import Change
+from .evidence import Evidence, Reading
+from .mistake import Case, LogFacts, Mistake
+from .mistakes import MOUNTING, TABLE, TWO_CLOCKS
+from .searched import search_clocks, search_gravity
+from .size_mistakes import of_clocks, of_gravity
+
+Key = TypeVar("Key", bound=Hashable)
+
+MOST = 400
+"""Maximum number of samples: hundreds of hypotheses are fitted to them."""
+DEPTH = 3
+"""Maximum number of mistakes in one log."""
+FINALISTS = 10
+"""Number of changes of positions or order that the described bodies judge, the best by bodies of any mass."""
+FAR_BEHIND = 7.0
+"""Log odds behind no mistake at which a hypothesis is not evaluated further: one in a thousand."""
+
+
+def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
+    """Probability of each hypothesis from log of prior times likelihood, the most probable first."""
+    values = np.array(list(log_odds.values()))
+    weights = np.exp(values - values.max())
+    shares = dict(zip(log_odds, (weights / weights.sum()).tolist(), strict=True))
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+class Found(NamedTuple):
+    """One or several mistakes in a log."""
+
+    mistakes: tuple[Mistake, ...]  # kind of each mistake; none for the log as it is
+    cases: tuple[Case, ...]  # each mistake
+    change: Change  # correction of all of them
+    odds: float  # log of prior times likelihood
+    reading: Reading  # the corrected log
+    evidence: Evidence  # its evidence
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints that show the mistakes."""
+        return tuple(sorted({joint for case in self.cases for joint in case.joints}))
+
+    @property
+    def kind(self) -> tuple[tuple[str, ...], tuple[int, ...]]:
+        """Kinds and joints: mistakes of equal kind differ in size."""
+        return tuple(sorted(mistake.name for mistake in self.mistakes)), self.joints
+
+    @property
+    def right(self) -> bool:
+        """Whether the corrected log fits as correct logs do, and described bodies do not contradict it."""
+        factor = self.change.factor
+        # A common factor of all efforts changes no share: only masses see it.
+        unseen = factor is not None and np.ptp(np.abs(factor)) == 0.0
+        return self.evidence.agrees and (unseen or self.reading.fits)
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """Result of testing a log for all mistakes in the table."""
+
+    plain: Found  # the log as it is
+    found: tuple[Found, ...]  # mistakes, right ones first and then the most probable first
+
+    def share(self, found: Found) -> float:
+        """Probability of some mistakes, if one of those is made with which the log is right, or none."""
+        odds = [self.plain.odds, *(one.odds for one in self.found if one.right or one is found)]
+        return float(np.exp(found.odds - np.logaddexp.reduce(odds)))
+
+    @property
+    def named(self) -> Found | None:
+        """The most probable mistakes if the three witnesses agree on them."""
+        best = self.found[0] if self.found else self.plain
+        return best if best.right and best.odds > self.plain.odds else None
+
+    @property
+    def probability(self) -> float:
+        """Probability of the kind of mistake that is named, of any size."""
+        best = self.named
+        alike = [one for one in self.found if best is not None and one.right and one.kind == best.kind]
+        return min(sum(map(self.share, alike)), 1.0)
+
+
+def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = None) -> Weighed:
+    """Test a log for all mistakes in the table, or for some kinds, and for no mistake."""
+    table = [mistake for mistake in TABLE if kinds is None or mistake.name in kinds]
+    prior = float(np.log1p(-sum(mistake.prior for mistake in table)))
+    plain = Found((), (), Change(), prior + reading.evidence.log_likelihood, reading, reading.evidence)
+    found, start = _of_sizes(plain, facts, table), plain
+    for _ in range(DEPTH):
+        # If the log fits as it is, only sizes and signs of its efforts can be wrong.
+        if reading.fits and any(one.evidence.as_drawn and one.odds >= plain.odds for one in (plain, *found)):
+            break
+        more = _of_motion(start, facts, table)
+        more += _of_sizes(start, facts, table) if start.cases else _searched(plain, facts, kinds is None)
+        found += more
+        following = max(more, key=_first, default=start)
+        if following.right or following.odds <= start.odds:
+            break
+        start = following
+    return Weighed(plain, tuple(sorted(found, key=_first, reverse=True)))
+
+
+def _first(found: Found) -> tuple[bool, float]:
+    return found.right, found.odds
+
+
+def _cases(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[tuple[float, Mistake, Case]]:
+    """Log prior odds of each further mistake in a log that is corrected so far."""
+    facts = replace(facts, log=start.reading.log)
+    cases = []
+    for mistake in table:
+        each = list(mistake.cases(facts))
+        prior = float(np.log(mistake.prior / max(len(each), 1)))
+        cases += [(prior + facts.usual(case.change), mistake, case) for case in each]
+    return cases
+
+
+def _with(
+    start: Found, prior: float, mistake: Mistake, case: Case, reading: Reading, seen: Evidence
+) -> Found:
+    """One more mistake, with the log that its correction makes and what is seen there."""
+    before = start.odds - start.evidence.log_likelihood
+    odds = before + prior + seen.log_likelihood
+    change = start.change.then(case.change)
+    return Found((*start.mistakes, mistake), (*start.cases, case), change, odds, reading, seen)
+
+
+def _of_sizes(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[Found]:
+    """Other sizes and signs of efforts: described masses judge them quickly, bodies those that remain."""
+    found = []
+    for prior, mistake, case in _cases(start, facts, table):
+        factor = case.change.factor
+        if factor is None:
+            continue
+        reading = start.reading.changed(case.change)
+        seen = start.reading.evidence_of(factor)
+        one = _with(start, prior, mistake, case, reading, seen)
+        if np.ptp(factor) > 0.0 and (one.odds > start.odds - FAR_BEHIND or not start.reading.fits):
+            one = _with(
+                start, prior, mistake, case, reading, start.reading.evidence_of(factor, reading.shares)
+            )
+        if one.odds > start.odds - FAR_BEHIND:
+            found.append(one)
+    return found
+
+
+def _of_motion(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[Found]:
+    """Other positions, orders, mixtures and gravity: the best by bodies of any mass, with their masses."""
+    motions: dict[bytes, Reading] = {}  # several changes of efforts share one motion
+    quick = []
+    for prior, mistake, case in _cases(start, facts, table):
+        if case.change.factor is not None:
+            continue
+        reading = start.reading.changed(case.change)
+        if case.change.position is not None and case.change.zero is None:
+            first = motions.setdefault(case.change.position.tobytes(), reading)
+            reading.__dict__["columns"] = first.columns
+        quick.append((prior + reading.quick, prior, mistake, case, reading))
+    quick.sort(key=lambda one: -one[0])
+    return [
+        _with(start, prior, mistake, case, reading, reading.evidence)
+        for _, prior, mistake, case, reading in quick[:FINALISTS]
+    ]
+
+
+def _searched(plain: Found, facts: LogFacts, clocks: bool) -> list[Found]:
+    """Mistakes whose size is found by a search: another mounting, and another clock."""
+    found = []
+    if (gravity := search_gravity(plain.reading)) is not None:
+        found.append((MOUNTING, of_gravity(facts, gravity)))
+    if clocks and (late := search_clocks(plain.reading)) is not None:
+        found.append((TWO_CLOCKS, of_clocks(facts, late)))
+    readings = [plain.reading.changed(case.change) for _, case in found]
+    return [
+        _with(plain, float(np.log(mistake.prior)), mistake, case, reading, reading.evidence)
+        for (mistake, case), reading in zip(found, readings, strict=True)
+    ]
