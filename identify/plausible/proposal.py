@@ -141,7 +141,7 @@ def propose(
     of_efforts = [replace(guess, probability=min(guess.probability, sure)) for guess in of_efforts]
     if not units.velocity:
         signals.pop("velocity", None)
-    astray = _astray(signals, log)
+    astray = {} if meaning.servo else _astray(signals, log)
     guesses = [guess for guess in (*meaning.guesses, *more, *of_efforts) if guess.what not in astray]
     notes = quirks(time, position, robot)
     notes += dict.fromkeys(warning for run in runs for warning in run.warnings)

@@ -105,7 +105,12 @@ class Columns:
         return place
 
     def signals(
-        self, stated: Mapping[str, Names], chosen: Mapping[str, Names], usual: Collection[str], where: str
+        self,
+        stated: Mapping[str, Names],
+        chosen: Mapping[str, Names],
+        usual: Collection[str],
+        where: str,
+        words: bool = True,
     ) -> dict[str, list[int]]:
         """Signals in the table, and the index of the column of each joint; -1 for a joint without a column.
 
@@ -114,6 +119,7 @@ class Columns:
             chosen: The subset of `stated` that was chosen for this file, whose robot may have more joints.
             usual: Other signals that are looked up by usual names.
             where: Name of the file in messages.
+            words: Whether these may have other names that contain words for the signal.
 
         Raises:
             WrongShape: A column that is needed or was named is missing, is text, or belongs to another robot.
@@ -139,7 +145,7 @@ class Columns:
             else:
                 quantities = set(self.robot.units(SIGNALS[signal]))
                 places = [self._place(names, quantities, reserved) for names in choices]
-                if max(places) < 0:
+                if max(places) < 0 and words:
                     places = self._by_words(signal, quantities, reserved) or places
             if signal in stated or signal == "position":
                 self._require_all(signal, choices, places, where)

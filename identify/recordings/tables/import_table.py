@@ -139,7 +139,8 @@ def _in_si(
     clock = None if used.rate and "time" not in chosen else lookup.time(names, where)
     # If some joints are held, the numbers in names count joints that the robot does not have.
     usual = () if used.still else used.usual(SIGNALS)
-    places = lookup.signals(names, chosen, usual, where)
+    # A preset that states columns, such as that of init, may leave others out.
+    places = lookup.signals(names, chosen, usual, where, len(names) == len(chosen))
     table, stamps, facts = stamped(lookup, used, clock, time_unit)
     in_si = SignalUnits(lookup, used, places, stated, degrees)
     signals = in_si.signals(stamps - stamps[0], table.values)
