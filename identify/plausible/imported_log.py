@@ -10,6 +10,7 @@ from ..arm.robot import Robot
 from ..errors import BadTime, RecordingError
 from ..model import Model
 from ..recordings.recording import EFFORT, SIGNALS, Recording
+from ..recordings.restored_columns import unwrapped
 from ..recordings.servo_error import COMMAND
 from ..recordings.tables.column_names import Family
 from ..recordings.tables.import_table import import_values
@@ -32,13 +33,22 @@ class Log:
 
 
 def rough_log(values: np.ndarray, clock: int, families: Mapping[str, Family]) -> Log:
-    """Log of the rows of values (t, c) that have all numbers and a later time than all rows before them."""
+    """Log of the rows of values (t, c) with all numbers and a later time than all rows before them."""
     known = [place for family in families.values() for place in family.places]
     known = [place for place in known if np.isfinite(values[:, place]).mean() > 0.5]
     rows = values[np.isfinite(values[:, [clock, *known]]).all(axis=1)]
     later = np.maximum.accumulate(rows[:, clock])
     rows = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
-    return Log(rows[:, clock], {signal: rows[:, [*f.places]] for signal, f in families.items()})
+    columns = {signal: rows[:, [*family.places]] for signal, family in families.items()}
+    if "position" in columns:
+        columns["position"] = np.apply_along_axis(_continuous, 0, columns["position"])
+    return Log(rows[:, clock], columns)
+
+
+def _continuous(position: np.ndarray) -> np.ndarray:
+    """Positions (t,) without jumps by a full turn, which would look like high speeds."""
+    better = unwrapped(position) or unwrapped(position, 360.0)
+    return position if better is None else better.values
 
 
 def likely_units(log: Log, robot: Robot, stated: Units, fixed: Units) -> Units:

@@ -54,8 +54,6 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
     if ticks:
         joint, column = next(named for named in turning if named[0] in ticks)
         return [f"{', '.join(ticks)}: {angle_advice(joint, column, values.T[:0])}"]
-    if unit == "deg":
-        return percent_questions(robot, np.radians(values))
     return [
         f"{joint} goes up to {np.nanmax(column):.4g}: {PER_CENT}"
         for joint, column in turning

@@ -188,6 +188,15 @@ def test_a_log_is_read_with_the_repairs_of_import(clock, angle):
     assert any("stamps" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("turn", [2 * np.pi, 360.0])
+def test_turns_that_were_lost_are_no_high_speeds(turn):
+    away = (LOG.position + [np.pi, 0.0, 0.0, 0.0]) * turn / (2 * np.pi)  # the first axis is vertical
+    wrapped = np.mod(away + turn / 2, turn) - turn / 2
+    found = proposed({"t": LOG.time, **columns("q{k}", wrapped), **columns("tau{k}", LOG.torque)})
+    assert found.units.position == ("deg" if turn == 360.0 else "rad")
+    assert any("the turns are undone" in note for note in found.notes)
+
+
 def test_signs_and_peaks_that_were_lost_are_repaired_as_by_import():
     current = np.mod(np.round(1e3 * LOG.current), 2.0**16)
     position = np.clip(LOG.position, -np.inf, np.quantile(LOG.position, 0.97, axis=0))
