@@ -99,7 +99,13 @@ class BrokenTree(RobotError):
 
 
 class RecordingError(ExidynError, ValueError):
-    """A recording is wrong or incomplete."""
+    """A recording is wrong or incomplete.
+
+    Attributes:
+        fact: The error without advice, if an option of the import may cure it; else empty.
+    """
+
+    fact = ""
 
 
 class WrongShape(RecordingError):

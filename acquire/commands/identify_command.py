@@ -32,6 +32,7 @@ from ..arguments.options import (
 )
 from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
 from ..terminal.stopwatch import Stopwatch
+from .import_command import DEGREES, UNITS, import_options
 from .result import Result
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ STAGES = {
         *PAYLOADS,
         VALIDATE,
         robot_option("replaces the robot in the recordings"),
+        DEGREES,
+        UNITS,
         Option(
             "--estimator NAME",
             f"one of {', '.join(ESTIMATORS)}, see below; default: ml with a known payload, else weighted",
@@ -119,13 +122,14 @@ def _view(fit: Fit) -> "View":
 
 def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
     """Runs to fit and held-out runs, by the roles that recordings state."""
-    read = [recording for path in args.runs for recording in import_source(path, model)]
+    options = import_options(args)
+    read = [recording for path in args.runs for recording in import_source(path, model, **options)]
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
     runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
     if not runs:  # if all are validation runs, they are meant to be fitted
         runs, held_out = held_out, []
     for run in args.payload:
-        runs += [carrying(recording, run) for recording in import_source(run.path, model)]
-    held_out += [recording for path in args.validate for recording in import_source(path, model)]
+        runs += [carrying(recording, run) for recording in import_source(run.path, model, **options)]
+    held_out += [recording for path in args.validate for recording in import_source(path, model, **options)]
     recordings = distinct_bodies([*runs, *held_out])
     return recordings[: len(runs)], recordings[len(runs) :]

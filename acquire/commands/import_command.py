@@ -87,25 +87,22 @@ NAMED = (
     ),
 )
 """Options on names and meanings in a table or a bag."""
-UNITS = (
-    Option(
-        "--degrees", "positions, velocities and commands are in degrees; for percent of travel see --units"
-    ),
-    Option(
-        "--units SIGNAL=UNIT...",
-        "units of a table's columns, one for all joints or one per joint with commas: time=ms, current=mA, "
-        "...; for positions also %% (-100 to 100) and 0-100%% of each joint's range",
-        named,
-    ),
-    Option("--rate HZ", "sampling rate of a table or arrays without time", positive),
-    Option(
-        "--motor-side [SIGNAL...]",
-        f"signals on the motor side of the gear, of {', '.join(BEFORE_GEAR)}; all if none is named. Torque "
-        "is multiplied, the others are divided by the robot's [drive] gear_ratio",
-        BEFORE_GEAR,
-    ),
+DEGREES = Option(
+    "--degrees", "positions, velocities and commands are in degrees; for percent of travel see --units"
 )
-"""Options on units and rows of a table."""
+UNITS = Option(
+    "--units SIGNAL=UNIT...",
+    "units of a table's columns, one for all joints or one per joint with commas: time=ms, current=mA, "
+    "...; for positions also %% (-100 to 100) and 0-100%% of each joint's range",
+    named,
+)
+RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", positive)
+MOTOR_SIDE = Option(
+    "--motor-side [SIGNAL...]",
+    f"signals on the motor side of the gear, of {', '.join(BEFORE_GEAR)}; all if none is named. Torque "
+    "is multiplied, the others are divided by the robot's [drive] gear_ratio",
+    BEFORE_GEAR,
+)
 
 
 @Command(
@@ -123,7 +120,10 @@ UNITS = (
         output_option("FOLDER", Path(), "folder, or FILE.mcap for a single run; default: this folder"),
         JSON,
         *NAMED,
-        *UNITS,
+        DEGREES,
+        UNITS,
+        RATE,
+        MOTOR_SIDE,
         Option(
             "--align RUN",
             "recording (.mcap) of the same run: times are shifted to its clock, to where the positions agree "
@@ -138,7 +138,7 @@ def import_command(args: Namespace) -> Result:
     run = read_recording(args.align) if args.align else None
     model = read_model(args.robot) if args.robot else (run.model if run else None)
     trace = run is not None and (args.kind or kind_of(args.source)) == "kuka_trace"
-    options = _options(args) | (_axes(run) if run and trace else {})
+    options = import_options(args) | (_axes(run) if run and trace else {})
     recordings = import_source(args.source, model, args.kind, **options)
     if not recordings:
         raise RecordingError(f"{args.source} contains no runs")
@@ -181,12 +181,12 @@ def _axes(run: Recording) -> dict[str, list[float]]:
     return {name: [float(n) for n in text.split() if n != "rad"] for name, text in texts.items() if text}
 
 
-def _options(args: Namespace) -> dict[str, Any]:
-    """Options for the importer, which refuses unknown ones."""
-    names = ["degrees", "motor_side", "preset", "joints", "topic", "effort", "rate"]
-    options = {name: getattr(args, name) for name in names}
-    options["motor_side"] = True if args.motor_side == [] else args.motor_side
-    options |= {name: dict(getattr(args, name) or ()) or None for name in ("columns", "units")}
+def import_options(args: Namespace) -> dict[str, Any]:
+    """Options of a command for the importer, which refuses those that the kind of log does not have."""
+    names = ("degrees", "motor_side", "preset", "joints", "topic", "effort", "rate", "columns", "units")
+    options = {name: getattr(args, name, None) for name in names}
+    options["motor_side"] = True if options["motor_side"] == [] else options["motor_side"]
+    options |= {name: dict(options[name] or ()) or None for name in ("columns", "units")}
     return {name: value for name, value in options.items() if value is not None and value is not False}
 
 

@@ -2,11 +2,11 @@
 
 import os
 import shlex
-import sys
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,9 @@ from exidyn.drivers import driver_class, explain, known_drivers
 from exidyn.identification.errors import ExidynError, RecordingError, listed
 from exidyn.identification.model import Model
 from exidyn.identification.notebook import counted
-from exidyn.identification.plausible.column_names import joints_named
 from exidyn.identification.plausible.gains import GAIN_OF
 from exidyn.identification.plausible.log_columns import log_columns
-from exidyn.identification.plausible.proposal import Proposal, one_after_another, propose
+from exidyn.identification.plausible.proposal import Proposal, propose
 from exidyn.identification.plausible.proposal_text import (
     NOTHING,
     as_json,
@@ -28,11 +27,13 @@ from exidyn.identification.plausible.proposal_text import (
     without_still,
 )
 from exidyn.identification.plausible.proposed_units import GRAVITY
+from exidyn.identification.plausible.stated_units import Stated, stated_by
 from exidyn.identification.plausible.suspicion import DECIDED
 from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
-from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of, read_tables
+from exidyn.identification.recordings.importers import import_source, is_table, kind_of, read_tables
 from exidyn.identification.recordings.incomplete_samples import NEEDED
 from exidyn.identification.recordings.recording import EFFORT, Recording
+from exidyn.identification.recordings.tables.column_names import joints_named
 from exidyn.identification.recordings.tables.columns import Columns, Names, own_time
 from exidyn.identification.recordings.tables.preset import BESIDE
 from exidyn.identification.recordings.tables.signal_units import require_no_time
@@ -40,11 +41,11 @@ from exidyn.identification.recordings.tables.table import Table
 from exidyn.identification.robot_files.description import NAMED, is_description, movable_joints
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ..arguments.command import Command, Group, Option, WrongUse, positive, refuse_with
+from ..arguments.command import Command, Group, Option, WrongUse, refuse_with
 from ..arguments.options import JSON, output_option, require_file
 from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Progress, Stopwatch
-from .import_command import COLUMNS
+from .import_command import COLUMNS, DEGREES, RATE, UNITS
 from .result import Result
 
 CLOCK = "time [s]"
@@ -69,7 +70,6 @@ LOGS = Option(
 )
 ROBOT = Option("--robot ROBOT", f"description of the arm: {NAMED}, or a robot.toml", Path)
 PRESET = Option("--preset FILE", f"file of the preset; default: {BESIDE} beside the log", Path)
-RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", positive)
 
 
 @Command(
@@ -87,6 +87,8 @@ RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", po
         output_option("FILE", Path("robot.toml")),
         PRESET,
         COLUMNS,
+        DEGREES,
+        UNITS,
         RATE,
         Option("--force", "overwrite existing files"),
         JSON,
@@ -107,14 +109,14 @@ RATE = Option("--rate HZ", "sampling rate of a table or arrays without time", po
             ),
         ),
     ),
-    f"""A guess is written if its probability is at least {100 * DECIDED:.0f} %. What the log does not
-decide stays open: it is a comment in the robot.toml, and is printed with advice
-on how to decide it.""",
+    f"""The likeliest guesses are written. What the log does not decide, with a probability of
+at least {100 * DECIDED:.0f} %, is a comment in the files, and is printed with advice on how
+to decide it.""",
 )
 def init_command(args: Namespace) -> Result | None:
     """Read the logs, write and print the proposal; or print the settings of a driver."""
     if args.driver is not None:
-        refuse_with("--driver", args, [LOGS, ROBOT, PRESET, COLUMNS, RATE, JSON])
+        refuse_with("--driver", args, [LOGS, ROBOT, PRESET, COLUMNS, DEGREES, UNITS, RATE, JSON])
         _print_driver(args.driver, args.address)
         return None
     if not args.logs or args.robot is None or args.address:
@@ -138,49 +140,44 @@ def _init(args: Namespace, progress: Progress) -> Result:
     log = args.logs[0]
     preset = args.preset or (log if log.is_dir() else log.parent) / BESIDE
     chosen = dict(args.columns or ())
-    table = _table(args.logs, args.rate, chosen)
-    model, fixed_joints = _arm(args.robot, log, table, chosen)
+    tables = _tables(args, chosen)
+    model, fixed_joints = _arm(args.robot, log, tables and tables.table, chosen)
     progress("weigh units, order of joints, mounting and gains")
-    proposal = _proposal(args.logs, table, model, chosen)
-    if table is None:
-        proposal = _in_si(proposal.by_gains())
+    stated = stated_by(dict(args.units or ()), args.degrees, model.robot)
+    proposal = _proposal(args.logs, tables, model, chosen, stated)
     if fixed_joints:
         proposal = replace(proposal, notes=(*proposal.notes, f"{HELD}: {listed(fixed_joints)}"))
-    if table is not None:
-        proposal = replace(proposal, notes=(*proposal.notes, *_damaged(proposal, table)))
-    undecided = [guess.what for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
     # An arm of a robot.toml has no description to refer to.
     urdf = os.path.relpath(args.robot, args.output.parent) if is_description(args.robot) else ""
     still = NOTHING
-    if table is not None and urdf and not undecided:
-        still = still_joints(proposal, model.robot, table.names, table.values)
+    if tables is not None and urdf:
+        still = still_joints(proposal, model.robot, tables.table.names, tables.table.values)
     moving = [joint for joint in model.robot.joints if joint not in still.position]
     if still.position:
         proposal = without_still(proposal, model.robot, still)
         model = read_model(args.robot, moving, still.position)
-    texts = {
-        args.output: robot_toml(
-            proposal, model, urdf, log.name, moving if fixed_joints else (), still.position
-        )
-    }
-    if table is not None and not undecided:
-        texts[preset] = preset_toml(proposal, model.robot, log.name, args.rate, still)
+    kept = moving if fixed_joints else ()
+    texts = {args.output: robot_toml(proposal, model, urdf, log.name, kept, still.position)}
+    if tables is not None:
+        texts[preset] = preset_toml(proposal, log.name, args.rate, still)
     _require_free(texts, args)
     for path, text in texts.items():
         write_whole(path, text)
-    next_command = _next_command(args, proposal, table is not None, preset) if not undecided else ""
-    if next_command:
-        progress("import the log as proposed")
-    refusal = _refusal(args, proposal, preset if table is not None else None) if next_command else ""
+    progress("import the log as proposed")
+    return _result(args, proposal, preset if tables is not None else None, list(texts))
+
+
+def _result(args: Namespace, proposal: Proposal, preset: Path | None, written: list[Path]) -> Result:
+    """The proposal, and the command that follows, or why import refuses the log."""
+    command = _next_command(args, proposal, preset)
+    refusal = _refusal(args, proposal, preset)
     others = counted(len(args.logs) - 1, "other log")
     more = f"\nand the same for {others}" if len(args.logs) > 1 else ""
-    following = f"import refuses the log: {refusal}" if refusal else f"Next: {next_command}{more}"
-    page = proposal_text(proposal) + (f"\n\n{following}" if next_command else "")
-    written = [str(path) for path in texts]
-    content = as_json(proposal, written, "" if refusal else next_command) | {"refusal": refusal}
-    if undecided:
-        print(f"no {BESIDE} written: {', '.join(undecided)} not decided", file=sys.stderr)
-    return Result(page, content, tuple(texts))
+    open_questions = [g.what for g in proposal.open if not g.what.startswith((GAIN_OF, GRAVITY))]
+    first = f"Check first what is not decided ({', '.join(open_questions)}).\n" if open_questions else ""
+    following = f"import refuses the log: {refusal}" if refusal else f"{first}Next: {command}{more}"
+    content = as_json(proposal, list(map(str, written)), "" if refusal else command) | {"refusal": refusal}
+    return Result(f"{proposal_text(proposal)}\n\n{following}", content, tuple(written))
 
 
 def _in_si(proposal: Proposal) -> Proposal:
@@ -219,30 +216,38 @@ def _damaged(proposal: Proposal, table: Table) -> list[str]:
     ]
 
 
-def _table(logs: Sequence[Path], rate: float | None, chosen: Mapping[str, Names]) -> Table | None:
-    """The longest table of each log, joined; None for logs that are not tables."""
-    other = [log for log in logs if not IMPORTERS[kind_of(log)].table]
-    if other:
-        if rate is not None or chosen:
-            option = "--columns is for tables" if chosen else "--rate is for tables without time"
-            raise RecordingError(f"{other[0]} has its own columns and its own time; {option}")
-        if len(other) < len(logs):
-            raise RecordingError(f"{other[0]} is not a table like the other logs; give logs of one kind")
+class Tables(NamedTuple):
+    """The longest table of each log, whose rows follow each other in one table."""
+
+    table: Table
+    counts: list[int]  # number of rows of each log
+
+    def divided(self, values: np.ndarray) -> list[np.ndarray]:
+        """Values (t, c) of the rows of all logs, divided by log."""
+        return np.split(values, np.cumsum(self.counts)[:-1])
+
+
+def _tables(args: Namespace, chosen: Mapping[str, Names]) -> Tables | None:
+    """The longest table of each log; None for logs that are not tables."""
+    found = {log: read_tables(log) if is_table(log) else [] for log in args.logs}
+    others = [log for log, tables in found.items() if not tables]
+    if others:
+        options = {"--columns": chosen, "--rate": args.rate, "--units": args.units, "--degrees": args.degrees}
+        if stated := [option for option, value in options.items() if value]:
+            raise RecordingError(
+                f"{others[0]} has its own columns, units and time; {stated[0]} is for tables"
+            )
+        if len(others) < len(args.logs):
+            raise RecordingError(f"{others[0]} is not a table like the other logs; give logs of one kind")
         return None
-    tables = [_longest(log, rate, chosen) for log in logs]
-    _require_same(logs, [table.names for table in tables])
-    clock = str(chosen.get("time", ""))
-    column_names = [CLOCK if name == clock else name for name in tables[0].names]
-    values = (
-        one_after_another(column_names, [table.values for table in tables])
-        if len(tables) > 1
-        else tables[0].values
-    )
-    return tables[0]._replace(values=values)
+    longest = [_longest(log, tables, args.rate, chosen) for log, tables in found.items()]
+    _require_same(args.logs, [table.names for table in longest])
+    values = np.concatenate([table.values for table in longest])
+    return Tables(longest[0]._replace(values=values, lines=None), [len(table.values) for table in longest])
 
 
-def _longest(log: Path, rate: float | None, chosen: Mapping[str, Names]) -> Table:
-    table = max(read_tables(log), key=lambda table: len(table.values))
+def _longest(log: Path, tables: Sequence[Table], rate: float | None, chosen: Mapping[str, Names]) -> Table:
+    table = max(tables, key=lambda table: table.values.size)
     if rate is None:
         return table
     require_no_time(log, str(chosen.get("time") or own_time(table)))
@@ -280,15 +285,21 @@ def _arm(urdf: Path, log: Path, table: Table | None, chosen: Mapping[str, Names]
 
 
 def _proposal(
-    logs: Sequence[Path], table: Table | None, model: Model, chosen: Mapping[str, Names]
+    logs: Sequence[Path],
+    tables: Tables | None,
+    model: Model,
+    chosen: Mapping[str, Names],
+    stated: Stated,
 ) -> Proposal:
-    if table is not None:
-        log = log_columns(Columns(logs[0], table, model.robot), chosen)
-        return log.restored(propose(log.names, log.values, model, table.joints))
+    if tables is not None:
+        log = log_columns(Columns(logs[0], tables.table, model.robot), chosen)
+        values = tables.divided(log.values)
+        proposal = log.restored(propose(log.names, values, model, tables.table.joints, stated, str(logs[0])))
+        return replace(proposal, notes=(*proposal.notes, *_damaged(proposal, tables.table)))
     columns = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
     _require_same(logs, [names for names, _ in columns])
-    names = columns[0][0]
-    return propose(names, one_after_another(names, [values for _, values in columns]), model)
+    proposal = propose(columns[0][0], [values for _, values in columns], model, source=str(logs[0]))
+    return _in_si(proposal.by_gains())
 
 
 def _runs(log: Path, model: Model) -> list[Recording]:
@@ -319,14 +330,14 @@ def _require_free(texts: dict[Path, str], args: Namespace) -> None:
             raise FileExistsError(17, "this file exists; --force overwrites it", str(path))
 
 
-def _next_command(args: Namespace, proposal: Proposal, table: bool, preset: Path) -> str:
+def _next_command(args: Namespace, proposal: Proposal, preset: Path | None) -> str:
     """Command line that imports the log as proposed."""
+    kind = kind_of(args.logs[0])
     # A recording needs no import; it is identified with the new robot.
-    verb = "identify" if not table and kind_of(args.logs[0]) == "exidyn" else "import"
+    verb = "identify" if preset is None and kind == "exidyn" else "import"
     words = ["exidyn", verb, str(args.logs[0]), "--robot", str(args.output)]
-    if table and args.preset:
+    if preset is not None and args.preset:
         words += ["--preset", str(preset)]
-    if not table:
-        effort = _effort_option(proposal, kind_of(args.logs[0]))
-        words += [word for name, value in effort.items() for word in (f"--{name}", value)]
+    effort = _effort_option(proposal, kind) if preset is None else {}
+    words += [word for name, value in effort.items() for word in (f"--{name}", value)]
     return shlex.join(words)

@@ -13,11 +13,12 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT
+from ..recordings.tables.column_names import STAMPS, families, signal_of, words_of
 from ..recordings.tables.columns import Columns, Names
 from ..recordings.tables.name_index import array_name, columns_of_array, numbered, which_columns
+from ..recordings.tables.preset import Reading
 from ..recordings.tables.table import DATE, Table
 from ..recordings.units import unit_named
-from .column_names import STAMPS, families, signal_of, words_of
 from .proposal import Proposal
 
 WORDS = {"link_position": "ql", "command_velocity": "command velocity"}
@@ -40,9 +41,9 @@ class LogColumns(NamedTuple):
 
     def restored(self, proposal: Proposal) -> Proposal:
         """Proposal with the names of the file, and gains per unit that the import uses."""
-        columns = {
-            signal: tuple(self.original.get(name, name) for name in names)
-            for signal, names in proposal.columns.items()
+        readings = {
+            signal: Reading(self._originals(reading.column), reading.unit)
+            for signal, reading in proposal.readings.items()
         }
         gains = proposal.gains
         if gains and "current" in proposal.columns:
@@ -51,7 +52,13 @@ class LogColumns(NamedTuple):
             gains = tuple(
                 gain._replace(value=gain.value * factor) for gain, factor in zip(gains, factors, strict=True)
             )
-        return replace(proposal, columns=columns, gains=gains, notes=(*self.notes, *proposal.notes))
+        return replace(proposal, readings=readings, gains=gains, notes=(*self.notes, *proposal.notes))
+
+    def _originals(self, names: Names) -> str | list[str]:
+        """Names in the file of one column or of several."""
+        if isinstance(names, str):
+            return self.original.get(names, names)
+        return [self.original.get(name, name) for name in names]
 
 
 def log_columns(columns: Columns, chosen: Mapping[str, Names]) -> LogColumns:
@@ -120,9 +127,9 @@ def _chosen_places(columns: Columns, chosen: Mapping[str, Names], where: str) ->
     signals = {name: names for name, names in chosen.items() if name != "time"}
     effort = {"torque": signals.pop("effort")} if "effort" in signals else {}
     places = {"time": [columns.time(chosen, where)]} if "time" in chosen else {}
-    places |= columns.signals(signals, signals, False, where)
+    places |= columns.signals(signals, signals, (), where)
     if effort:
-        places["effort"] = columns.signals(effort, effort, False, where)["torque"]
+        places["effort"] = columns.signals(effort, effort, (), where)["torque"]
     return places
 
 

@@ -5,12 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..errors import RecordingError
 from ..model import Model
 from ..recordings.recording import EFFORT, Recording
-from ..recordings.servo_error import is_servo_error, no_commands
+from ..recordings.servo_error import is_servo_error
+from ..recordings.tables.column_names import Family
 from ..text_table import digits
-from .column_names import Family
 from .evidence import Reading
 from .gains import Gain, gain_guesses, gains
 from .samples import joined, sampled_run
@@ -28,32 +27,18 @@ def only_commanded(chosen: Mapping[str, Family]) -> bool:
     return {"position", "command"} <= set(chosen) and not any(signal in chosen for signal in EFFORT)
 
 
-def with_error(
-    names: Sequence[str], values: np.ndarray, chosen: Mapping[str, Family]
-) -> tuple[list[str], np.ndarray, dict[str, Family]]:
-    """Names and values (t, c) of the columns, and families by signal, with the position error as current."""
-    position, command = chosen["position"], chosen["command"]
-    known = np.isfinite(values[:, [*position.places, *command.places]]).all(axis=1)
-    if why := no_commands(values[known][:, command.places], values[known][:, position.places]):
-        raise RecordingError(f"{command.pattern}: {why}")
-    error = values[:, command.places] - values[:, position.places]
-    places = tuple(range(values.shape[1], values.shape[1] + error.shape[1]))
-    made = tuple(f"{ERROR} of {name}" for name in position.names)
-    family = Family(ERROR, places, made, position.by_name, "current", "")
-    return [*names, *made], np.column_stack([values, error]), {**chosen, "current": family}
+def error_of(position: Family) -> Family:
+    """Name of the position errors, which import computes, as if they were columns of currents."""
+    return position._replace(pattern=ERROR, names=tuple(f"{ERROR} of {name}" for name in position.names))
 
 
 def servo_gains(
-    chosen: Mapping[str, Family], reading: Reading, scale: np.ndarray
+    chosen: Mapping[str, Family], reading: Reading
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
-    """Signals of the log, gains of the servos [N m/rad], and guesses.
-
-    `scale` (n,) is the number of radians or meters per unit of the errors.
-    """
-    pairs = zip(gains(reading), scale.tolist(), strict=True)
-    servos = tuple(gain._replace(value=gain.value / unit) for gain, unit in pairs)
+    """Signals of the log, gains of the servos [N m/rad], and guesses."""
+    servos = gains(reading)
     recorded = {signal: family for signal, family in chosen.items() if signal not in EFFORT}
-    return recorded, servos, gain_guesses(reading.model.robot.joints, servos)
+    return recorded, tuple(servos), gain_guesses(reading.model.robot.joints, servos)
 
 
 def servo_gain_doubts(runs: Sequence[Recording], model: Model, stiffness: np.ndarray) -> list[str]:

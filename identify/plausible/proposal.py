@@ -2,43 +2,54 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RecordingError
 from ..model import Model
-from ..recordings.arrival_times import regular_clock
-from ..recordings.effort_checks import NO_MOTOR, UNMEASURED, unread
-from ..recordings.recording import EFFORT
-from ..recordings.restored_columns import signed, unwrapped
-from ..recordings.separate_runs import beginnings
+from ..recordings.effort_checks import unmeasured_words, unread
+from ..recordings.recording import EFFORT, Recording
+from ..recordings.tables.column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
+from ..recordings.tables.preset import Reading
 from ..recordings.units import COMMANDS
 from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
-from .column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from .described_bodies import described
-from .evidence import Reading
+from .evidence import Reading as Evidence
 from .gains import AGAINST, NOT_TORQUE, Gain, effort_odds, gain_guesses, gains
-from .position_servos import BY_SERVO, only_commanded, servo_gains, with_error
-from .proposed_units import Log, joint_odds, propose_units
-from .refusals import has_few_digits, no_time, not_found, require_computable, require_measured
-from .samples import LONG, runs_of
+from .imported_log import Log, imported, in_log_units, likely_units, readings_of, rough_log
+from .position_servos import BY_SERVO, error_of, only_commanded, servo_gains
+from .proposed_units import Proposed, joint_odds, propose_units, stated_units
+from .refusals import no_time, not_found, require_computable, require_measured
 from .search import posterior
+from .stated_units import (
+    Stated,
+    as_stated,
+    fixed_units,
+    in_si,
+    permuted,
+    require_used,
+    unit_of_signal,
+    with_stated,
+)
 from .suspicion import Guess
 from .units import STATED, TIME, Units, affine, moves, quirks
 
 FOLLOWS = 2.0
 """Maximum ratio of the motion of a command and of the joint that follows it, or the reverse."""
-FEWEST = 100
-"""Minimum number of samples of a run."""
+RISING = 0.99
+"""Minimum share of the steps in which time increases; a clock may be set during a run."""
+TRIALS = 2
+"""Number of times a log is read, with units of its raw numbers, and then with those of its samples."""
 
 
 @dataclass(frozen=True)
 class Proposal:
     """Proposed interpretation of a log."""
 
-    # "time" or signal of a recording -> names of its columns, one per joint in the robot's order.
-    columns: Mapping[str, tuple[str, ...]]
+    # "time" or signal of a recording -> its columns, one per joint in the robot's order, and their units.
+    readings: Mapping[str, Reading]
     units: Units  # units of time, position and velocity; "" for a velocity that is left out
     gains: tuple[Gain, ...]  # drive gains if there are currents, else empty
     against: bool  # whether the torques have the opposite sign of the positions
@@ -50,6 +61,12 @@ class Proposal:
     servo: bool = False
 
     @property
+    def columns(self) -> dict[str, tuple[str, ...]]:
+        """Names of the columns of "time" and each signal."""
+        columns = {signal: reading.column for signal, reading in self.readings.items()}
+        return {s: (names,) if isinstance(names, str) else tuple(names) for s, names in columns.items()}
+
+    @property
     def open(self) -> list[Guess]:
         """Guesses that the log does not decide."""
         return [guess for guess in self.guesses if not guess.decided]
@@ -59,111 +76,161 @@ class Proposal:
         if not self.against:
             return self
         renamed = {"torque": "current"}
-        columns = {renamed.get(signal, signal): names for signal, names in self.columns.items()}
+        readings = {renamed.get(signal, signal): reading for signal, reading in self.readings.items()}
         turned = Gain(-1.0, 0.0, 0.0)
-        return replace(self, columns=columns, gains=(turned,) * len(columns["current"]), against=False)
+        return replace(self, readings=readings, gains=(turned,) * len(self.columns["torque"]), against=False)
 
 
-def propose(names: Sequence[str], values: np.ndarray, model: Model, joints: Sequence[str] = ()) -> Proposal:
+class Meaning(NamedTuple):
+    """Meaning of the columns of a log."""
+
+    clock: int  # index of the time column
+    chosen: dict[str, Family]  # signal -> its columns
+    effort: str  # signal of the effort
+    servo: bool  # whether the position error takes the place of an effort
+    guesses: list[Guess]  # guesses with their probabilities
+    unread: list[Family]  # other columns that may be positions, efforts or velocities
+
+
+class Weighed(NamedTuple):
+    """Samples of a log, and their most probable units, order and mounting."""
+
+    runs: list[Recording]  # runs as import reads them with these units
+    log: Log  # samples of all runs
+    proposed: Proposed
+
+
+def propose(
+    names: Sequence[str],
+    values: np.ndarray | list[np.ndarray],
+    model: Model,
+    joints: Sequence[str] = (),
+    stated: Stated = MappingProxyType({}),
+    source: str = "log",
+) -> Proposal:
     """Propose how to read the columns of a log.
 
     Args:
         names: Names of the c columns.
-        values: Values of the columns, shape (t, c); NaN for empty cells.
+        values: Values of the columns of one file or of several, shape (t, c); NaN for empty cells.
         model: Model of the described arm.
         joints: Names of the joints that numbers in the names stand for, if the log states them.
+        stated: Units that are not to be guessed.
+        source: Name of the log in messages.
 
     Raises:
-        RecordingError: Time, positions or efforts cannot be identified.
+        RecordingError: Time, positions or efforts cannot be identified, or import cannot read the log.
     """
-    robot, clock = model.robot, _time(names, values)
-    values, clock_notes = _continuing(names, values, clock)
-    groups = [f for f in families(names, robot.joints, joints) if clock not in f.places]
-    groups = [f for f in groups if f.signal not in EFFORT or not _are_flags(values[:, f.places])]
-    chosen, guesses, unnamed = _signals(groups)
-    read = [f for f in groups if f.signal != "other"]
-    if servo := only_commanded(chosen):
-        names, values, chosen = with_error(names, values, chosen)
-        read.append(chosen["current"])
-    require_computable(names, values, sorted({clock, *(place for family in read for place in family.places)}))
-    usable = _usable(values, clock, read)
-    time = values[usable, clock]
-    chosen, by_motion = _by_motion(chosen, unnamed, values[usable], time, model)
-    guesses += by_motion
-    if "position" not in chosen:
-        raise not_found("position", ("position",), names, robot)
-    values, restored = _restored(chosen, values)
-    effort = next((signal for signal in EFFORT if signal in chosen), "")
-    if not effort:
-        raise not_found("current or torque", EFFORT, names, robot)
-    log = Log(time, {signal: values[usable][:, family.places] for signal, family in chosen.items()})
-    clock_unit = unit_of(f"time {names[clock]}")
-    # The clock does not continue between concatenated runs.
-    if len(runs_of(time)) == 1 and (regular := regular_clock(time, log.values["position"])):
-        clock_notes.append(
-            f"{regular.description}: import replaces them by a regular clock" * regular.certain
-        )
-        log = replace(log, time=regular.time) if regular.certain else log
-    require_measured(log.values[effort], chosen[effort].pattern)
-    units, order, reading, gravity, more, doubt, doubted = propose_units(log, model, chosen, clock_unit)
-    guesses += more
+    tables, robot = values if isinstance(values, list) else [values], model.robot
+    meaning = _meaning(names, tables, model, joints)
+    require_used(stated, list(meaning.chosen))
+    runs, log, (units, order, reading, gravity, more, doubt, doubted) = _weighed(
+        names, tables, meaning, model, stated, source
+    )
     scale, offset = affine(robot, units.position, log.values["position"])
-    position = log.values["position"][:, order] * scale + offset
-    time = log.time * TIME[units.time]
-    silent = unread(time, position, log.values[effort][:, order])
-    if servo:
-        signals, drives, more = servo_gains(chosen, reading, scale)
+    position, time = log.values["position"][:, order] * scale + offset, log.time * TIME[units.time]
+    silent = unread(time, position, log.values[meaning.effort][:, order]) > 0.0
+    if meaning.servo:
+        signals, drives, of_efforts = servo_gains(meaning.chosen, reading)
     else:
-        signals, drives, more = _efforts(
-            chosen, reading, effort, (silent > 0.0) | np.isin(np.arange(robot.dof), doubted)
-        )
+        skipped = silent | np.isin(np.arange(robot.dof), doubted)
+        signals, drives, of_efforts = _efforts(meaning.chosen, reading, meaning.effort, skipped)
+    # Bodies show the unit of efforts, if the unit of positions is known.
+    sure = next(guess.probability for guess in more if guess.what == "unit of position")
+    sure = 1.0 if meaning.chosen["position"].unit or "position" in stated else sure
+    of_efforts = [replace(guess, probability=min(guess.probability, sure)) for guess in of_efforts]
     if not units.velocity:
         signals.pop("velocity", None)
-    astray = _astray(signals, values[usable])
-    guesses = [guess for guess in guesses if guess.what not in astray]
-    columns = {s: tuple(f.names[k] for k in order) for s, f in signals.items() if s not in astray}
-    notes = quirks(time, position, robot, len(values))
-    notes += filter(None, clock_notes)
+    astray = {} if meaning.servo else _astray(signals, log)
+    guesses = [guess for guess in (*meaning.guesses, *more, *of_efforts) if guess.what not in astray]
+    notes = quirks(time, position, robot)
+    notes += dict.fromkeys(warning for run in runs for warning in run.warnings)
     notes += unit_questions(robot, log.values["position"][:, order], units.position)
-    if silent.any():
-        unmeasured = [f"{robot.joints[j]} in {100 * silent[j]:.0f} %" for j in np.flatnonzero(silent)]
-        notes.append(f"{UNMEASURED}: {', '.join(unmeasured)}")
-    if effortless := [robot.joints[j] for j in np.flatnonzero(~log.values[effort][:, order].any(axis=0))]:
-        notes.append(f"no effort at all: {', '.join(effortless)}. Without a motor: {NO_MOTOR}")
     notes += [f"{signals[command].pattern} {reason}" for command, reason in astray.items()]
-    if unused := [f.pattern for f in groups if f.signal in ("", "velocity") and f not in signals.values()]:
+    if unused := [f.pattern for f in meaning.unread if f not in signals.values()]:
         notes.append(f"columns that are not read: {', '.join(unused)}")
-    notes += restored
-    notes += [doubt] * bool(doubt)
-    if servo:
-        notes.append(BY_SERVO)
-    against = any(guess.value == AGAINST for guess in more)
-    columns = {"time": (names[clock],), **columns}
-    return Proposal(columns, units, drives, against, (*guesses, *more), tuple(notes), gravity, servo)
+    notes += [doubt] * bool(doubt) + [BY_SERVO] * meaning.servo
+    columns = {s: tuple(f.names[k] for k in order) for s, f in signals.items() if s not in astray}
+    columns = {"time": (names[meaning.clock],), **columns}
+    readings = readings_of(columns, units, robot, log.values["position"])
+    return Proposal(
+        with_stated(readings, permuted(stated, order)),
+        units,
+        drives,
+        any(guess.value == AGAINST for guess in of_efforts),
+        tuple(as_stated(guess, stated) for guess in guesses),
+        tuple(notes),
+        gravity,
+        meaning.servo,
+    )
 
 
-def _restored(chosen: Mapping[str, Family], values: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Values (t, c) with restored turns and signs that the log had lost, and notes."""
-    restored, notes = np.array(values), []
-    for signal, family in chosen.items():
-        for name, place in zip(family.names, family.places, strict=True):
-            column, better = values[:, place], None
-            if signal == "position":
-                better = unwrapped(column) or unwrapped(column, 360.0)
-            elif signal in EFFORT:
-                better = signed(column)
-            if better is not None:
-                restored[:, place] = better.values
-                notes.append(f"{name} {better.fact}")
-    return restored, notes
+def _meaning(
+    names: Sequence[str], tables: Sequence[np.ndarray], model: Model, joints: Sequence[str]
+) -> Meaning:
+    """Meaning of the columns, by their names or else by their motion."""
+    robot, clock, values = model.robot, _time(names, tables[0]), np.concatenate(tables)
+    groups = [f for f in families(names, robot.joints, joints) if clock not in f.places]
+    groups = [f for f in groups if f.signal not in EFFORT or not _are_flags(values[:, f.places])]
+    places = {place for f in groups if f.signal != "other" for place in f.places}
+    require_computable(names, values, sorted({clock, *places}))
+    chosen, guesses, unnamed = _signals(groups)
+    silent = [s for s in EFFORT if s in chosen and unmeasured_words(values[:, chosen[s].places])]
+    if len(silent) == 1 and {*EFFORT} <= {*chosen}:  # as import does
+        del chosen[silent[0]]
+        guesses = [guess for guess in guesses if guess.what != silent[0]]
+    servo = only_commanded(chosen)
+    if not servo:
+        chosen, by_motion = _by_motion(chosen, unnamed, max(tables, key=len), clock, model)
+        guesses += by_motion
+    if "position" not in chosen:
+        raise not_found("position", ("position",), names, robot)
+    effort = next((signal for signal in EFFORT if signal in chosen), "")
+    if not effort and not servo:
+        raise not_found("current or torque", EFFORT, names, robot)
+    others = [family for family in groups if family.signal in ("", "velocity")]
+    return Meaning(clock, chosen, effort or EFFORT[0], servo, guesses, others)
 
 
-def _astray(chosen: Mapping[str, Family], values: np.ndarray) -> dict[str, str]:
+def _weighed(
+    names: Sequence[str],
+    tables: Sequence[np.ndarray],
+    meaning: Meaning,
+    model: Model,
+    stated: Stated,
+    source: str,
+) -> Weighed:
+    """Samples with the units that are probable for the raw numbers, or else for these samples."""
+    robot, clock, chosen = model.robot, meaning.clock, meaning.chosen
+    columns = {"time": (names[clock],), **{signal: family.names for signal, family in chosen.items()}}
+    used = {name: family for name, family in chosen.items() if name in ("position", "velocity", *EFFORT)}
+    rough = in_si(rough_log(max(tables, key=len), clock, used), stated, robot)
+    hints = stated_units(chosen, unit_of(f"time {names[clock]}"))
+    fixed = fixed_units(stated, robot)
+    units = likely_units(rough, robot, hints, fixed)
+    if meaning.servo:
+        chosen = chosen | {"current": error_of(chosen["position"])}
+    position = np.concatenate(tables)[:, chosen["position"].places]
+    for _ in range(TRIALS):
+        guessed = readings_of(columns, units, robot, position)
+        runs = imported(names, tables, with_stated(guessed, stated), model, source)
+        log = in_log_units(
+            runs, {s: r for s, r in guessed.items() if unit_of_signal(stated, s) is None}, units
+        )
+        require_measured(log.values[meaning.effort], chosen[meaning.effort].pattern)
+        proposed = propose_units(log, model, chosen, hints, fixed)
+        if proposed.units[:2] == units[:2]:
+            break
+        units = proposed.units._replace(velocity=proposed.units.velocity or units.velocity)
+    return Weighed(runs, log, proposed)
+
+
+def _astray(chosen: Mapping[str, Family], log: Log) -> dict[str, str]:
     """Commands that the measured signal does not follow, perhaps for their unit -> end of a note."""
     reasons = {}
     for command, signal in COMMANDS.items():
-        if command in chosen and signal in chosen:
-            stds = (np.nanstd(values[:, chosen[name].places], axis=0) for name in (command, signal))
+        if command in log.values and signal in chosen:
+            stds = (np.nanstd(log.values[name], axis=0) for name in (command, signal))
             commanded, measured = (float(np.linalg.norm(std)) for std in stds)
             if not 1 / FOLLOWS < commanded / max(measured, 1e-12) < FOLLOWS:
                 share = digits(commanded / max(measured, 1e-12))
@@ -171,55 +238,16 @@ def _astray(chosen: Mapping[str, Family], values: np.ndarray) -> dict[str, str]:
     return reasons
 
 
-def one_after_another(names: Sequence[str], tables: Sequence[np.ndarray]) -> np.ndarray:
-    """Concatenate tables (t, c) with the same columns; time continues with a gap between them.
-
-    Raises:
-        RecordingError: There is no column of time.
-    """
-    clock, parts = _time(names, tables[0]), [tables[0]]
-    # The gap is long for the median step of all tables, which is at most that of the slowest one.
-    gap = 2.0 * LONG * max(float(np.nanmedian(np.diff(table[:, clock]))) for table in tables)
-    for table in tables[1:]:
-        later = table.copy()
-        later[:, clock] += np.nanmax(parts[-1][:, clock]) + gap - np.nanmin(table[:, clock])
-        parts.append(later)
-    return np.concatenate(parts)
-
-
-def _continuing(names: Sequence[str], values: np.ndarray, clock: int) -> tuple[np.ndarray, list[str]]:
-    """Values (t, c) with continuing time if a recorder appended several runs, and notes."""
-    rows = [row for row, _ in beginnings(values[:, clock], np.delete(values, clock, axis=1))]
-    if not rows or min(np.diff([0, *rows, len(values)])) < FEWEST:
-        return values, []
-    where = ", ".join(str(row + 1) for row in rows)
-    note = f"{len(rows) + 1} runs follow each other, from row {where}: import writes a recording of each"
-    return one_after_another(names, np.split(values, rows)), [note]
-
-
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Index of the time column: one with such a name, else the only one that always increases."""
-    rising = [k for k in range(len(names)) if np.mean(np.diff(values[:, k]) > 0) > 0.99]
+    steps = np.diff(values, axis=0)
+    rising = np.flatnonzero(np.mean(steps > 0, axis=0) > RISING).tolist()
     stamps = [k for k in range(len(names)) if STAMPS.intersection(words_of(names[k]))]
-    called = [k for k in stamps if k in rising] or [k for k in stamps if has_few_digits(values, k)]
-    candidates = called or rising
+    called = [k for k in stamps if k in rising] or [k for k in stamps if np.mean(steps[:, k] >= 0) > RISING]
+    candidates = called[:1] or rising
     if not candidates or (len(candidates) > 1 and not called):
         raise no_time(names, values, len(rising))
     return candidates[0]
-
-
-def _usable(values: np.ndarray, clock: int, read: Sequence[Family]) -> np.ndarray:
-    """Rows in which time increases and positions and efforts are numbers."""
-    mostly_known = np.isfinite(values).mean(axis=0) > 0.5
-    known = [p for f in read for p in f.places if mostly_known[p] and f.signal in ("", "position", *EFFORT)]
-    rows = np.flatnonzero(np.isfinite(values[:, [clock, *known]]).all(axis=1))
-    later = np.maximum.accumulate(values[rows, clock])
-    rising = rows[np.concatenate([[True], np.diff(later) > 0])] if len(rows) else rows
-    runs = runs_of(values[rising, clock]) if len(rising) > 1 else []
-    long = [rising[run] for run in runs if run.stop - run.start >= FEWEST]
-    if not long:
-        raise RecordingError(f"{len(rising)} samples with time, positions and efforts; {FEWEST} are needed")
-    return np.concatenate(long)
 
 
 def _are_flags(values: np.ndarray) -> bool:
@@ -244,19 +272,21 @@ def _signals(groups: Sequence[Family]) -> tuple[dict[str, Family], list[Guess], 
 
 
 def _by_motion(
-    chosen: dict[str, Family], unnamed: Sequence[Family], values: np.ndarray, time: np.ndarray, model: Model
+    chosen: dict[str, Family], unnamed: Sequence[Family], values: np.ndarray, clock: int, model: Model
 ) -> tuple[dict[str, Family], list[Guess]]:
     """Choose positions and efforts without informative names: the pair that rigid bodies explain best."""
     effort = next((signal for signal in EFFORT if signal in chosen), "")
     if "position" in chosen and effort:
         return chosen, []
+    rough = rough_log(values, clock, {f.pattern: f for f in (*chosen.values(), *unnamed)})
+    time, columns = rough.time, {f: rough.values[f.pattern] for f in (*chosen.values(), *unnamed)}
     positions = [chosen["position"]] if "position" in chosen else list(unnamed)
     efforts = [chosen[effort]] if effort else list(unnamed)
     odds: dict[tuple[Family, Family], float] = {}
     for a in positions:
         for b in efforts:
-            if a is not b and not _is_rate(values, time, a, b) and not _is_rate(values, time, b, a):
-                log = Log(time, {"position": values[:, a.places], "current": values[:, b.places]})
+            if a is not b and not any(_is_rate(time, columns[x], columns[y]) for x, y in ((a, b), (b, a))):
+                log = Log(time, {"position": columns[a], "current": columns[b]})
                 odds[a, b] = max(joint_odds(log, model, Units("", a.unit, "")).values())
     if not odds:
         return chosen, []
@@ -267,7 +297,7 @@ def _by_motion(
     guesses = [Guess("position", a.pattern, probability, why, option)] if "position" not in chosen else []
     guesses += [Guess("current", b.pattern, probability, why, option)] if not effort else []
     new = {"position": a} | ({} if effort else {"current": b})
-    rate = next((f for f in unnamed if f not in (a, b) and _is_rate(values, time, a, f)), None)
+    rate = next((f for f in unnamed if f not in (a, b) and _is_rate(time, columns[a], columns[f])), None)
     if rate and "velocity" not in chosen:
         new["velocity"] = rate
         guesses.append(
@@ -276,12 +306,12 @@ def _by_motion(
     return {**chosen, **new}, guesses
 
 
-def _is_rate(values: np.ndarray, time: np.ndarray, position: Family, other: Family) -> bool:
-    return bool(np.isfinite(moves(time, values[:, position.places], values[:, other.places]).ratio))
+def _is_rate(time: np.ndarray, position: np.ndarray, other: np.ndarray) -> bool:
+    return bool(np.isfinite(moves(time, position, other).ratio))
 
 
 def _efforts(
-    chosen: Mapping[str, Family], reading: Reading, effort: str, silent: np.ndarray
+    chosen: Mapping[str, Family], reading: Evidence, effort: str, silent: np.ndarray
 ) -> tuple[dict[str, Family], tuple[Gain, ...], list[Guess]]:
     """Signals with efforts as torque or current, gains unless efforts are joint torques, and guesses.
 

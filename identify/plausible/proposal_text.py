@@ -14,6 +14,9 @@ from exidyn.quoting import hash_comment
 
 from ..arm.robot import PositionServo, Robot
 from ..model import Model
+from ..recordings.recording import SIGNALS
+from ..recordings.tables.preset import Reading
+from ..recordings.units import factors
 from ..robot_files.description import XML
 from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
@@ -21,8 +24,9 @@ from ..text_table import digits, paragraph, table
 from .change import with_gravity
 from .gains import GAIN_OF, UNDECIDED, gain_guesses, stated_gains
 from .proposal import Proposal
+from .proposed_units import GRAVITY
 from .suspicion import DECIDED, Guess
-from .units import affine, at_rest, units_of
+from .units import at_rest
 
 STILL = 1e-3
 """A joint with a smaller range of positions does not move [rad, m]: a loaded gear bends by as much."""
@@ -125,36 +129,31 @@ def robot_toml(
     return "\n".join(head) + "\n\n" + model_text(model)
 
 
-def preset_toml(
-    proposal: Proposal, robot: Robot, log: str, rate: float | None = None, still: Still = NOTHING
-) -> str:
+def preset_toml(proposal: Proposal, log: str, rate: float | None = None, still: Still = NOTHING) -> str:
     """Text of the preset of a log, which `exidyn import` finds beside it.
 
     `rate` is the sampling rate of a log without a time column [Hz]; the positions of `still` joints must stay
     within limits.
     """
-    units = proposal.units
-    per = "" if units.velocity in ("", "rpm") else "/s"
-    position, velocity = units_of(robot, units.position), units_of(robot, units.velocity, per)
-    unit = {"position": position, "command": position, "link_position": position}
-    if units.velocity:
-        unit |= {"velocity": velocity, "command_velocity": velocity}
-    blocks = [hash_comment(f"Proposed by exidyn init from {log}.")]
+    head = [hash_comment(f"Proposed by exidyn init from {log}; comments list what it did not decide.")]
+    about = [guess for guess in proposal.open if not guess.what.startswith((GAIN_OF, GRAVITY))]
+    blocks = ["\n".join([*head, *(hash_comment(_open_words(guess)) for guess in about)])]
     blocks += [] if rate is None else [lines({"rate": rate})]
-    for signal, names in proposal.columns.items():
+    for signal, reading in proposal.readings.items():
         if signal == "time" and rate is not None:
             continue
-        if signal == "time":
-            keys: dict[str, object] = {"column": names[0], "unit": units.time}
-        else:
-            each = unit.get(signal, [])
-            keys = {"column": list(names)}
-            keys |= {"unit": each[0] if len(set(each)) == 1 else each} if each else {}
-            keys |= {"sign": -1} if signal == "torque" and proposal.against else {}
+        keys: dict[str, object] = {"column": reading.column}
+        keys |= {"unit": _alike(reading.unit)} if reading.unit else {}
+        keys |= {"sign": -1} if signal == "torque" and proposal.against else {}
         blocks.append(block(f"[{signal}]", keys))
     if still.column:
         blocks.append(block("[still]", still.column))
     return "\n\n".join(blocks) + "\n"
+
+
+def _alike(units: str | list[str]) -> str | list[str]:
+    """One unit if all joints have the same, else one per joint."""
+    return units[0] if isinstance(units, list) and len(set(units)) == 1 else units
 
 
 def as_json(proposal: Proposal, written: Sequence[str], then: str) -> dict[str, object]:
@@ -178,7 +177,9 @@ def still_joints(proposal: Proposal, robot: Robot, names: Sequence[str], values:
     """Joints that move by less than `STILL` in the whole log, if any other joint moves."""
     columns = proposal.columns["position"]
     position = values[:, [list(names).index(column) for column in columns]]
-    factor, offset = affine(robot, proposal.units.position, position)
+    unit = proposal.readings["position"].unit
+    each = [unit] * robot.dof if isinstance(unit, str) else unit
+    factor, offset = factors(robot.units(SIGNALS["position"]), each, "position", robot.limits)
     resting = np.nanmax(position, axis=0) - np.nanmin(position, axis=0) < STILL / factor
     if resting.all():
         return NOTHING
@@ -193,9 +194,11 @@ def still_joints(proposal: Proposal, robot: Robot, names: Sequence[str], values:
 def without_still(proposal: Proposal, robot: Robot, still: Still) -> Proposal:
     """Proposal without columns and gains of joints that stand still, and with a note on each."""
     moving = [j for j, joint in enumerate(robot.joints) if joint not in still.position]
-    columns = {
-        signal: names if signal == "time" else tuple(names[j] for j in moving)
-        for signal, names in proposal.columns.items()
+    readings = {
+        signal: reading
+        if signal == "time"
+        else Reading(_of_joints(reading.column, moving), _of_joints(reading.unit, moving))
+        for signal, reading in proposal.readings.items()
     }
     drives = tuple(proposal.gains[j] for j in moving) if proposal.gains else ()
     guesses = [guess for guess in proposal.guesses if not guess.what.startswith(GAIN_OF)]
@@ -204,4 +207,9 @@ def without_still(proposal: Proposal, robot: Robot, still: Still) -> Proposal:
     for joint, where in still.position.items():
         unit = "rad" if robot.revolute[robot.index(joint)] else "m"
         notes.append(f"{at_rest(joint)}: the model holds it at {digits(where)} {unit}")
-    return replace(proposal, columns=columns, gains=drives, guesses=tuple(guesses), notes=tuple(notes))
+    return replace(proposal, readings=readings, gains=drives, guesses=tuple(guesses), notes=tuple(notes))
+
+
+def _of_joints(each: str | list[str], joints: Sequence[int]) -> str | list[str]:
+    """Values of some joints, if there is one per joint."""
+    return each if isinstance(each, str) else [each[joint] for joint in joints]

@@ -1,7 +1,7 @@
 """Units, order of joints and mounting that `exidyn init` proposes for a log without stated units."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,18 +9,19 @@ import numpy as np
 from ..arm.robot import Robot
 from ..model import Model
 from ..recordings.recording import EFFORT
+from ..recordings.tables.column_names import Family
 from ..text_table import digits, percent
 from .change import Change, scaled, with_gravity
-from .column_names import Family
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains
+from .imported_log import Log
 from .joint_mistakes import order_of
 from .mistake import LogFacts
 from .samples import sampled
 from .search import FAR_BEHIND, MOST, Found, Weighed, posterior, weigh
 from .size_mistakes import direction_words
 from .suspicion import DECIDED, Guess
-from .units import TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of
+from .units import FREE, TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of, with_fixed
 
 AS_NUMBERED = 0.99
 """Probability that numbered columns are in the robot's order."""
@@ -42,20 +43,13 @@ GRAVITY = "direction of gravity"
 """Question that a guess of the mounting answers."""
 
 
-@dataclass(frozen=True)
-class Log:
-    """Time (t,) in its unit, and values of each signal (t, n) in the unit of the log."""
-
-    time: np.ndarray
-    values: Mapping[str, np.ndarray]
-
-    def reading(self, model: Model, units: Units) -> Reading:
-        """Reading of the log with given units of time and position."""
-        position = self.values["position"]
-        effort = next(self.values[signal] for signal in EFFORT if signal in self.values)
-        log = sampled(self.time * TIME[units.time], position, effort).thinned(MOST)
-        scale, zero = affine(model.robot, units.position, position)
-        return Reading(model, log, False).changed(Change(position=scaled(scale), zero=zero))
+def reading_of(log: Log, model: Model, units: Units) -> Reading:
+    """Reading of a log with units of time and position."""
+    position = log.values["position"]
+    effort = next(log.values[signal] for signal in EFFORT if signal in log.values)
+    samples = sampled(log.time * TIME[units.time], position, effort).thinned(MOST)
+    scale, zero = affine(model.robot, units.position, position)
+    return Reading(model, samples, False).changed(Change(position=scaled(scale), zero=zero))
 
 
 class Proposed(NamedTuple):
@@ -71,32 +65,41 @@ class Proposed(NamedTuple):
     doubted: tuple[int, ...]  # indices of the joints that the doubt concerns
 
 
-def joint_odds(log: Log, model: Model, stated: Units) -> dict[Units, float]:
-    """Log odds of combinations of units, from speeds, limits, velocity columns and bodies."""
+def joint_odds(log: Log, model: Model, stated: Units, fixed: Units = FREE) -> dict[Units, float]:
+    """Log odds of combinations of units with the `fixed` ones, from speeds, limits, velocities and bodies."""
     robot = model.robot
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     driven = np.any([log.values[name].any(axis=0) for name in EFFORT if name in log.values], axis=0)
     if driven.any():  # a joint without a drive may exceed its speed limit
         seen = seen._replace(speed=seen.speed * driven)
-    odds = unit_odds(seen, robot, log.values["position"], stated)
+    odds = with_fixed(unit_odds(seen, robot, log.values["position"], stated), fixed)
     # All use the same unit of time, since with another unit the filters would select other samples.
     best = next(iter(posterior(odds)))
     by_bodies: dict[str, float] = {}
     for units, value in odds.items():
         if units.position not in by_bodies and value > odds[best] - 2 * FAR_BEHIND:
-            reading = log.reading(model, units._replace(time=best.time))
+            reading = reading_of(log, model, units._replace(time=best.time))
             by_bodies[units.position] = reading.evidence.log_likelihood
     least = min(by_bodies.values())
     return {units: value + by_bodies.get(units.position, least) for units, value in odds.items()}
 
 
-def propose_units(log: Log, model: Model, chosen: Mapping[str, Family], clock: str) -> Proposed:
-    """Most probable units, order and mounting, each with its probability."""
+def stated_units(chosen: Mapping[str, Family], clock: str) -> Units:
+    """Units that the names of columns state, "" for none; `clock` is that of the time."""
+    return Units(clock, chosen["position"].unit, chosen["velocity"].unit if "velocity" in chosen else "")
+
+
+def propose_units(
+    log: Log, model: Model, chosen: Mapping[str, Family], stated: Units, fixed: Units
+) -> Proposed:
+    """Most probable units, order and mounting, each with its probability.
+
+    The names of columns state the units `stated`; `fixed` units are certain. Both are "" where unknown.
+    """
     family = chosen["position"]
-    stated = Units(clock, family.unit, chosen["velocity"].unit if "velocity" in chosen else "")
-    likely = posterior(joint_odds(log, model, stated))
+    likely = posterior(joint_odds(log, model, stated, fixed))
     best = next(iter(likely))
-    reading = log.reading(model, best)
+    reading = reading_of(log, model, best)
     effort = next(signal for signal in EFFORT if signal in chosen)
     sure = posterior(effort_odds(gains(reading), chosen[effort].signal))[TORQUE] > DECIDED
     weighed = _weighed(replace(reading, stated=sure), model, family.by_name)
@@ -167,9 +170,13 @@ def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
 
 
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:
-    """Guess of the position unit, adjusted for the probability of an unlisted unit or a scale factor."""
+    """Guess of the position unit, adjusted for the probability of an unlisted unit or a scale factor.
+
+    With an unlisted unit, bodies do not explain the efforts.
+    """
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
-    among = float(1 / (1 + np.exp(other_unit_odds(seen, robot, log.values["position"], units))))
+    other = other_unit_odds(seen, robot, log.values["position"], units)
+    among = 1.0 if weighed.plain.reading.fits else float(1 / (1 + np.exp(other)))
     if among < 0.5:
         return replace(guess, value="", probability=0.0, option="positions in radians or meters")
     _, scaled = _likeliest(weighed, frozenset({"position_scale"}))

@@ -8,10 +8,10 @@ from ..arm.robot import Robot
 from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
 from ..recordings.effort_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
-from ..recordings.steps_back import Remedy, advice, remedy, steps_back
+from ..recordings.steps_back import advice, steps_back
+from ..recordings.tables.column_names import STAMPS, families, words_of
 from ..recordings.tables.name_index import column_words, named_joints
 from ..text_table import digits
-from .column_names import STAMPS, families, words_of
 
 RATE = "or state the sampling rate: exidyn init --rate HZ"
 
@@ -27,9 +27,9 @@ def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingE
         return _goes_back(names[moving[0]], values[:, moving[0]], np.delete(values, called, axis=1))
     if called:
         return BadTime(f"column {names[called[0]]} does not increase at all; name the time column, {RATE}")
+    name = f"Name it: exidyn init --columns time=NAME; {RATE}" if rising else RATE.removeprefix("or ")
     return RecordingError(
-        f"no column of time: {rising} columns increase, none of which is called time. "
-        f"Name it: exidyn init --columns time=NAME; {RATE}"
+        f"no column of time: {rising} columns increase, none of which is called time. {name}"
     )
 
 
@@ -45,11 +45,6 @@ def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingErro
         f"{digits(time[first])} in row {first + 1} to {digits(time[first + 1])} in row {first + 2}. "
         f"{advice(time, others)}"
     )
-
-
-def has_few_digits(values: np.ndarray, place: int) -> bool:
-    """Whether time stamps, column `place` of values (t, c), repeat for lack of digits but never decrease."""
-    return remedy(values[:, place], np.delete(values, place, axis=1)) == Remedy.STATE_RATE
 
 
 def require_computable(names: Sequence[str], values: np.ndarray, places: Sequence[int]) -> None:

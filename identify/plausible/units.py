@@ -11,8 +11,6 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from ..arm.robot import Robot
-from ..notebook import counted
-from ..recordings.recording_checks import BEYOND_LIMITS, GAP, beyond_limits
 from ..recordings.units import FACTORS, percent_of_travel
 from ..recordings.wrong_unit import in_percent
 from ..text_table import digits
@@ -23,6 +21,9 @@ TURNING = {"rad": 1.0, "deg": np.pi / 180}
 SLIDING = {"m": 1.0, "mm": 1e-3}
 TRAVEL = "%"
 """Percent of a joint's travel: -100 and 100 at its limits."""
+UNUSUAL_PAIR = np.log(0.1)
+"""Log probability of radians beside millimeters or degrees beside meters: controllers with linear axes use
+degrees and millimeters, simulations radians and meters."""
 NORMALIZED = np.log(0.1)
 """Log probability that a log without a stated unit has percent of travel, as some recorders write."""
 PERCENT, LEAST_PERCENT = 100.5, 30.0
@@ -66,11 +67,15 @@ REPEATED = 0.3
 
 
 class Units(NamedTuple):
-    """A hypothesis about units: keys of `TIME`, and of `TURNING` or `SLIDING` for position and velocity."""
+    """A hypothesis about units: a key of `TIME`, and those of position and velocity, see `pair`."""
 
     time: str
     position: str
     velocity: str
+
+
+FREE = Units("", "", "")
+"""No units that are certain."""
 
 
 class Moves(NamedTuple):
@@ -116,29 +121,42 @@ def _step(position: np.ndarray) -> float:
     return float(least * (small @ np.round(small)) / (np.round(small) @ np.round(small)))
 
 
+def pair(unit: str) -> tuple[str, str]:
+    """Units of revolute and prismatic joints: `deg mm` names both; beside `deg` or `mm` the other is SI."""
+    named = unit.split()
+    turning, sliding = ([name for name in named if name in known] for known in (TURNING, SLIDING))
+    return (*turning, "rad")[0], (*sliding, "m")[0]
+
+
 def affine(robot: Robot, unit: str, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Scale and offset of each joint's position, shape (n,) each: position = scale * value + offset.
 
     In percent of travel, a gripper whose values (t, n) are never negative has the range 0 to 100.
     """
     if unit != TRAVEL:
-        factor = {**TURNING, **SLIDING}[unit]
-        return np.where(robot.revolute == (unit in TURNING), factor, 1.0), np.zeros(robot.dof)
-    opening = [
-        in_percent(joint, values) and float(np.nanmin(values)) >= 0.0
-        for joint, values in zip(robot.joints, position.T, strict=True)
-    ]
-    scale, zero = percent_of_travel(robot.limits, np.where(opening, 0.0, -100.0))
+        turning, sliding = pair(unit)
+        return np.where(robot.revolute, TURNING[turning], SLIDING[sliding]), np.zeros(robot.dof)
+    scale, zero = percent_of_travel(robot.limits, np.where(_openings(robot, position), 0.0, -100.0))
     return scale, -zero * scale
 
 
-def units_of(robot: Robot, unit: str, per: str = "") -> list[str]:
-    """Unit of each joint's position, or of its velocity with "/s", from the unit of one kind of joints."""
+def _openings(robot: Robot, position: np.ndarray) -> list[bool]:
+    """Whether the percentages (t, n) of each joint are those of a gripper's opening."""
+    pairs = zip(robot.joints, position.T, strict=True)
+    return [in_percent(joint, values) and float(np.nanmin(values)) >= 0.0 for joint, values in pairs]
+
+
+def units_of(robot: Robot, unit: str, per: str = "", position: np.ndarray | None = None) -> list[str]:
+    """Unit of each joint's position, or of its velocity with "/s".
+
+    The values of positions (t, n) show which joints are grippers, if they are percentages.
+    """
     if unit == TRAVEL:
-        return [unit + per] * robot.dof
-    turning = unit not in SLIDING
-    other = ("m" if turning else "rad") + (per or ("/s" if unit == "rpm" else ""))
-    return [unit + per if revolute == turning else other for revolute in robot.revolute.tolist()]
+        openings = [False] * robot.dof if position is None else _openings(robot, position)
+        return [f"0-100{unit}" if opening else unit + per for opening in openings]
+    turning, sliding = pair(unit)
+    turning, sliding = ("rpm" if unit == "rpm" else turning + per), sliding + per
+    return [turning if revolute else sliding for revolute in robot.revolute.tolist()]
 
 
 def of_travel(robot: Robot, position: np.ndarray) -> bool:
@@ -156,7 +174,7 @@ def encoder_odds(step: np.ndarray, scale: np.ndarray) -> float:
             visible.
         scale: Radians per unit, shape (n,).
     """
-    bits = np.log2(2 * np.pi / (scale * step)[np.isfinite(step)])
+    bits = np.log2(2 * np.pi / (scale * step)[step > 0.0])
     return BINARY * float(np.mean(np.abs(bits - np.round(bits)) < SAME_BITS)) if len(bits) else 0.0
 
 
@@ -166,20 +184,25 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
     `seen` and positions (t, n) are in the units of the log; column names state the units `stated`, "" for
     none.
     """
-    turning = bool(robot.revolute.any())
-    angles = list(TURNING if turning else SLIDING) + [TRAVEL] * of_travel(robot, values)
+    turning, place = bool(robot.revolute.any()), 0 if robot.revolute.any() else 1
+    known = (TURNING, SLIDING)[place]
+    angles = list(known) + [TRAVEL] * of_travel(robot, values)
+    if turning and not robot.revolute.all():
+        angles += [f"{unit} mm" for unit in TURNING]
     odds = {}
     for time, position in product(TIME, angles):
         scale, _ = affine(robot, position, values)
-        base = _stated(time, stated.time, TIME) + _stated(position, stated.position, angles)
-        base += NORMALIZED * (position == TRAVEL)
+        base = _stated(time, stated.time, TIME) + _stated(_named(position, place), stated.position, known)
+        base += NORMALIZED * (position == TRAVEL) + UNUSUAL_PAIR * _is_unusual(robot, position)
         base += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
-        base += motion_odds(seen.speed * scale / TIME[time], seen.reach * scale, robot)
+        for kind in filter(np.any, (robot.revolute, ~robot.revolute)):
+            fast, reach = seen.speed * scale / TIME[time], seen.reach * scale
+            base += motion_odds(fast * kind, reach * kind, robot)
         base += encoder_odds(seen.step[robot.revolute], scale[robot.revolute])
-        rates = {unit: {**TURNING, **SLIDING}.get(unit, 1.0) for unit in angles}
+        rates = {unit: known.get(_named(unit, place), 1.0) for unit in angles}
         rates |= {"rpm": np.pi / 30} if turning else {}
         for velocity, rate in rates.items():
-            value = base + _stated(velocity, stated.velocity or position, rates)
+            value = base + _stated(velocity, _rate_of(stated.velocity, position), rates)
             if np.isfinite(seen.ratio):
                 matching = position == velocity
                 expected = TIME[time] * (1.0 if matching else rate / float(np.median(scale)))
@@ -187,6 +210,36 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
                 value += float(np.log((1 - NOT_DERIVED) * agreeing + NOT_DERIVED / 30))  # over 13 decades
             odds[Units(time, position, velocity)] = value
     return odds
+
+
+def with_fixed(odds: dict[Units, float], fixed: Units) -> dict[Units, float]:
+    """Odds of the combinations with certain units, "" for those that are free."""
+    kept = {
+        units: value
+        for units, value in odds.items()
+        if all(
+            # Degrees of revolute joints leave the unit of prismatic ones free.
+            known in ("", part) or (known == "deg" and known in part.split())
+            for known, part in zip(fixed, units, strict=True)
+        )
+    }
+    return kept or odds
+
+
+def _named(unit: str, place: int) -> str:
+    """Unit of one kind of joints in a unit of positions; percent of travel belongs to all joints."""
+    return unit if unit == TRAVEL else pair(unit)[place]
+
+
+def _rate_of(velocity: str, position: str) -> str:
+    """Stated unit of velocities, else that of positions, completed by the pair of the positions."""
+    return position if velocity in ("", *position.split()) else velocity
+
+
+def _is_unusual(robot: Robot, unit: str) -> bool:
+    """Whether revolute and prismatic joints are in units that are seldom used together."""
+    both = robot.revolute.any() and not robot.revolute.all() and unit != TRAVEL
+    return bool(both) and pair(unit) not in (("rad", "m"), ("deg", "mm"))
 
 
 def log_normal(value: float, middle: float, spread: float) -> float:
@@ -226,18 +279,13 @@ def motion_odds(fastest_seen: np.ndarray, reach_seen: np.ndarray, robot: Robot) 
     return odds
 
 
-def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> list[str]:
-    """Notes about the samples, from time (t,) [s], position (t, n) [rad] and the `rows` of the file."""
+def quirks(time: np.ndarray, position: np.ndarray, robot: Robot) -> list[str]:
+    """Notes about the samples, from time (t,) [s] and position (t, n) [rad]."""
     runs, steps = runs_of(time), np.diff(time)
     period = float(np.median(steps))
     steps = np.delete(steps, [run.stop - 1 for run in runs[:-1]])
-    long = steps > GAP * period
     in_runs = f" in {len(runs)} runs" if len(runs) > 1 else ""
     notes = [f"{len(time)} samples at {digits(1 / period)} Hz, {digits(steps.sum())} s{in_runs}"]
-    if rows > len(time):
-        notes.append(f"{rows - len(time)} of {rows} rows lack a number, or repeat or go back in time")
-    if long.any():
-        notes.append(f"{counted(int(long.sum()), 'gap')}, the longest {digits(1e3 * steps.max())} ms")
     change = np.abs(np.diff(position, axis=0))
     moving = change.max(axis=1) > 0
     repeated = float(np.mean(~moving[np.argmax(moving) : len(moving) - np.argmax(moving[::-1])]))
@@ -245,11 +293,6 @@ def quirks(time: np.ndarray, position: np.ndarray, robot: Robot, rows: int) -> l
         notes.append(f"{100 * repeated:.0f} % of the samples repeat all positions of the previous one")
     for joint, column in zip(robot.joints, change.T, strict=True):
         notes += _encoder(joint, column, robot.revolute[robot.index(joint)])
-    beyond = beyond_limits(robot.limits, position)
-    for j in np.flatnonzero(beyond > BEYOND_LIMITS):
-        notes.append(
-            f"{robot.joints[j]} goes {digits(beyond[j])} beyond its limits: check its zero against the URDF"
-        )
     return notes
 
 
@@ -264,9 +307,6 @@ def _encoder(joint: str, change: np.ndarray, revolute: bool) -> list[str]:
     if not len(moved):
         return [at_rest(joint)]
     notes = []
-    turns = np.sum(np.abs(change - 2 * np.pi) < 0.5) if revolute else 0
-    if turns:
-        notes.append(f"{joint} jumps by a full turn {turns} times: unwrap it before the import")
     if np.mean(change <= 1e-9) > COARSE and len(np.unique(np.round(moved / moved.min()))) < 50:
         unit = "rad" if revolute else "m"
         notes.append(f"{joint} is read in steps of {moved.min():.2g} {unit}")

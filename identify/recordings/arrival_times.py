@@ -64,10 +64,11 @@ class Clock(NamedTuple):
         doubt = (
             "" if self.certain else f". Their clock is unclear: they are kept; if the rate is known, {OPTION}"
         )
-        for sample, seconds in self.steps:
+        if self.steps:
+            steps = ", ".join(f"{size:+.3f} s at {stamps[sample - 1]:.3f} s" for sample, size in self.steps)
             yield (
-                f"the clock of the stamps was set by {seconds:+.3f} s at {stamps[sample - 1]:.3f} s, while "
-                f"the motion continues{doubt or '; the step was removed'}"
+                f"the clock of the stamps was set by {steps}, while the motion continues"
+                f"{doubt or '; the step was removed'}"
             )
         if self.kind:
             lost = f", which {self.missing} samples lack" if self.missing else ""

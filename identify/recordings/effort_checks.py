@@ -1,6 +1,7 @@
 """Checks of efforts: whether they were measured at all, in every sample, and up to their extreme values."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -89,6 +90,16 @@ def unmeasured_words(values: np.ndarray) -> str:
         return ""
     how = f"{still[0] + 0.0:g}" if np.all(still == still[0]) else "constant"
     return f"no effort was measured: all efforts are {how} throughout"
+
+
+def without_unmeasured(recording: Recording) -> Recording:
+    """Recording without an effort that never changes beside another effort that does, and with a warning."""
+    words = {name: unmeasured_words(signal.values) for name, signal in _efforts(recording)}
+    if len(words) < 2 or all(words.values()) or not any(words.values()):
+        return recording
+    [silent] = [name for name, why in words.items() if why]
+    signals = {name: signal for name, signal in recording.signals.items() if name != silent}
+    return replace(recording, signals=signals).with_warnings(f"{silent} is left out: {words[silent]}")
 
 
 def _clipped(recording: Recording, name: str, signal: Signal) -> Iterator[str]:

@@ -43,6 +43,17 @@ def without_impossible(recording: Recording) -> Recording:
     return recording.keeping(valid).with_warnings(*warnings)
 
 
+def without_repeats(recording: Recording) -> Recording:
+    """Recording without samples that repeat time and values of the one before, and with a warning."""
+    new, warnings = {}, []
+    for name, signal in recording.signals.items():
+        same = (np.diff(signal.time) == 0.0) & np.all(np.diff(signal.values, axis=0) == 0.0, axis=1)
+        new[name] = np.concatenate([[True], ~same]) if len(signal) else np.ones(0, bool)
+        if same.any():
+            warnings.append(f"{name}: {same.sum()} of {len(signal)} samples are written twice; one is used")
+    return recording.keeping(new).with_warnings(*warnings)
+
+
 def without_incomplete(recording: Recording, where: str) -> Recording:
     """The recording without samples of positions and efforts that lack a joint; a warning counts them.
 

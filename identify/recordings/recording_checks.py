@@ -14,7 +14,7 @@ from ..arm.robot import Limits
 from ..errors import BadUnit
 from .arrival_times import signals_by_stamps, with_regular_clocks
 from .effort_checks import effort_warnings
-from .incomplete_samples import without_impossible, without_silence
+from .incomplete_samples import without_impossible, without_repeats, without_silence
 from .recording import Recording
 from .recording_findings import findings, finite
 from .restored_signals import restored, without_saturated
@@ -28,26 +28,30 @@ BEYOND_LIMITS = 0.1
 that controllers enforce."""
 
 
-def check(recording: Recording) -> Recording:
+def check(recording: Recording, in_si: bool = True) -> Recording:
     """The recording without silent samples, and with its warnings.
 
     Of a log from elsewhere, turns and signs that were lost are restored, and samples that only repeat the one
     before are left out. What exidyn recorded was measured in the units it states; a value that no joint
     should have gives a warning, and samples that are no numbers or whose time goes back are left out.
 
+    Args:
+        recording: Recording as it was read.
+        in_si: Whether its units are known; otherwise a value that no joint should have gives a warning.
+
     Raises:
         NotFinite: A joint that was measured has NaN or infinity in between.
         BadTime: Time stamps do not increase.
         BadUnit: Positions, times or temperatures that cannot be in the unit they claim.
     """
-    recording = without_silence(recording)
+    recording = without_repeats(without_silence(recording))
     if recording.recorded:
         recording = without_impossible(recording)
     else:
         recording = without_saturated(restored(with_regular_clocks(recording)))
     warnings = []
     for finding in findings(recording):
-        if not (recording.recorded and finding.kind is BadUnit):
+        if finding.kind is not BadUnit or (in_si and not recording.recorded):
             raise finding.error(recording.name)
         warnings.append(finding.fact)
     return _with_warnings(recording, warnings)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import BadTime, BadUnit, NotFinite, RecordingError
-from .recording import EFFORT, Recording, Signal
-from .steps_back import advice, steps_back
-from .wrong_unit import MILLIMETRES, angle_advice
+from .recording import EFFORT, SIGNALS, Recording, Signal
+from .steps_back import Remedy, advice, remedy, steps_back
+from .wrong_unit import angle_advice
 
 SLOWEST = 0.5
 """Maximum median period of positions or currents [s]. At 2 Hz an arm's motion is not resolved, but any usual
@@ -52,19 +52,26 @@ class Finding(NamedTuple):
     Attributes:
         kind: Type of the error if the file is from another tool.
         fact: The implausible value, and the limit that it exceeds.
-        advice: Advice about such a file.
+        advice: Advice about such a file; may be empty.
+        curable: Whether an option of the import, such as a unit, may be the cure.
         time: Time of the first affected sample [s]; None if there is no such sample.
     """
 
     kind: type[RecordingError]
     fact: str
     advice: str
+    curable: bool = False
     time: float | None = None
 
     def error(self, name: str) -> RecordingError:
         """Error for the recording with this name."""
-        text = f"{name}: {self.fact}. {self.advice}"
-        return NotFinite(text, self.time) if self.kind is NotFinite else self.kind(text)
+        fact = f"{name}: {self.fact}"
+        text = f"{fact}. {self.advice}" if self.advice else fact
+        if self.kind is NotFinite:
+            return NotFinite(text, self.time)
+        error = self.kind(text)
+        error.fact = fact * self.curable
+        return error
 
 
 def findings(recording: Recording) -> Iterator[Finding]:
@@ -113,7 +120,7 @@ def _not_finite(recording: Recording, name: str, signal: Signal) -> Iterator[Fin
                 NotFinite,
                 f"{name} of {joint} is {fault} in {bad.sum()} of {len(bad)} samples, first at {first:.3f} s",
                 advice,
-                first if np.isfinite(first) else None,
+                time=first if np.isfinite(first) else None,
             )
 
 
@@ -126,13 +133,14 @@ def _bad_time(name: str, signal: Signal) -> Iterator[Finding]:
             f"time of {name} does not increase at {len(back)} of {len(signal) - 1} steps, first "
             f"from {signal.time[first]:.6f} s to {signal.time[first + 1]:.6f} s",
             advice(signal.time, signal.values),
+            remedy(signal.time, signal.values) in (Remedy.STATE_RATE, Remedy.ALL_EQUAL),
         )
     if name in ("position", *EFFORT) and signal.period > SLOWEST:
         yield Finding(
             BadUnit,
             f"{name} comes every {signal.period:g} s, at most {SLOWEST} s can be followed",
-            f"In milliseconds that would be {1e3 / signal.period:g} Hz: import it with exidyn import "
-            '--units time=ms (in Python units={"time": "ms"})',
+            "Is time in another unit than seconds? Or record more samples of the motion than single poses",
+            True,
         )
 
 
@@ -146,13 +154,15 @@ def _turns(recording: Recording) -> Iterator[Finding]:
     for joint in np.flatnonzero(peak > allowed):
         unit = "rad" if revolute[joint] else "m"
         others = columns[revolute & (np.arange(len(columns)) != joint)]
+        name = recording.robot.joints[joint]
+        words = angle_advice(name, columns[joint], others) if revolute[joint] else ""
+        question = f"Is it in another unit than {unit}?"
         yield Finding(
             BadUnit,
             f"{recording.robot.joints[joint]} is at {peak[joint]:g} {unit}, which it cannot reach (at most "
             f"{allowed[joint]:.3g} {unit} is possible)",
-            angle_advice(recording.robot.joints[joint], columns[joint], others)
-            if revolute[joint]
-            else MILLIMETRES,
+            words or question,
+            not words,
         )
 
 
@@ -175,8 +185,8 @@ def _speed(recording: Recording) -> Iterator[Finding]:
                 BadUnit,
                 f"{recording.robot.joints[joint]} turns at {usual:g} rad/s in a twentieth of the samples; at "
                 f"most {fastest:g} rad/s is possible",
-                "Positions in degrees (exidyn import --degrees), or time in another unit than seconds "
-                "(exidyn import --units time=ms)? Or state how fast it may turn: [limits] velocity",
+                "Are positions or time in another unit? Or state how fast it may turn: [limits] velocity",
+                True,
             )
 
 
@@ -199,17 +209,10 @@ def _torque(recording: Recording) -> Iterator[Finding]:
                     BadUnit,
                     f"{robot.joints[joint]}: {usual:.2g} {unit} in a twentieth of the samples, its limit is "
                     f"{limit:g}",
-                    _smaller_unit(name, unit),
+                    f"Is the {name} in another unit than {robot.unit(int(joint), SIGNALS[name])}? Or is "
+                    "[limits] torque or [drive] gain wrong?",
+                    True,
                 )
-
-
-def _smaller_unit(name: str, unit: str) -> str:
-    if name == "torque":
-        return f"Is the torque in another unit than {unit}, or the limit ([limits] torque) too low?"
-    return (
-        'It looks like mA: in a preset.toml beside the log, give [current] column and unit = "mA". Or is '
-        "[drive] gain or [limits] torque wrong?"
-    )
 
 
 def _temperature(recording: Recording) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 from .recording import EFFORT, Recording, Signal
 from .recording_findings import is_number
 from .restored_columns import Restored, signed, signed_like, unwrapped
-from .wrong_unit import in_ticks
+from .wrong_unit import GRIPPERS, in_ticks
 
 REPEATED = 0.3
 """Share of samples that repeat the previous one in all joints above which a log outpaces its sensor."""
@@ -132,6 +132,8 @@ def without_saturated(recording: Recording) -> Recording:
     position = recording.signals["position"]
     valid, warnings = np.ones(len(position), bool), []
     for joint, column in zip(recording.robot.joints, position.values.T, strict=True):
+        if GRIPPERS.search(joint):
+            continue  # it stops abruptly at its ends
         held = saturated(column)
         for extreme in np.unique(column[held]):
             count = int(np.sum(column[held] == extreme))

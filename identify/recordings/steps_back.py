@@ -25,10 +25,14 @@ class Remedy(Enum):
         "Rows of two sources seem mixed, as of two publishers: {} rows are far from those around them. Leave "
         "out those of one"
     )
-    SKIP = "Leave out the first rows (in Python skip_rows=N)"
-    STATE_RATE = "Stamps have few digits: state the rate of the samples instead (--rate HZ)"
+    SKIP = "Leave out the first {} rows (in Python skip_rows)"
+    STATE_RATE = "Stamps have too few digits: the rate of the samples must be known instead"
+    ALL_EQUAL = (
+        "All times are equal, as large numbers in single precision are: the rate must be known instead"
+    )
     CUT = "Time begins anew there: cut the file there, into a run each"
-    SORT = "Sort the rows by time, or leave out those that repeat a time"
+    SORT = "Sort the rows by time"
+    LEAVE_OUT = "Leave out the {} rows whose time is not above all times before it"
 
 
 def steps_back(time: np.ndarray) -> np.ndarray:
@@ -38,7 +42,8 @@ def steps_back(time: np.ndarray) -> np.ndarray:
 
 def advice(time: np.ndarray, values: np.ndarray) -> str:
     """Advice about times (t,) that do not increase; values (t, c) show whether two sources alternate."""
-    return remedy(time, values).value.format(_late(time).sum())
+    chosen, late = remedy(time, values), _late(time)
+    return chosen.value.format(steps_back(time)[-1] + 1 if chosen is Remedy.SKIP else late.sum())
 
 
 def remedy(time: np.ndarray, values: np.ndarray) -> Remedy:
@@ -49,9 +54,14 @@ def remedy(time: np.ndarray, values: np.ndarray) -> Remedy:
     if len(back) and back[-1] + 1 < BEGINNING * len(time):
         return Remedy.SKIP
     steps = np.diff(time)
-    if np.any(steps > 0.0) and np.mean(steps == 0.0) > ROUNDED and not np.any(steps < 0.0):
+    if not np.any(steps != 0.0):
+        return Remedy.ALL_EQUAL
+    if np.mean(steps == 0.0) > ROUNDED and not np.any(steps < 0.0):
         return Remedy.STATE_RATE
-    return Remedy.CUT if _in_order(time, values) else Remedy.SORT
+    if _in_order(time, values):
+        return Remedy.CUT
+    # Sorting does not help where times repeat.
+    return Remedy.SORT if len(np.unique(time)) == len(time) else Remedy.LEAVE_OUT
 
 
 def _in_order(time: np.ndarray, values: np.ndarray) -> bool:

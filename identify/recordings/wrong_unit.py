@@ -24,7 +24,6 @@ PER_CENT = (
 )
 OF_STEPS = "subtract that of zero, and multiply by 2 pi over the steps a turn (often 4096)"
 OF_STEPS_SIGNED = "subtract that of zero, and multiply by 2 pi over the steps a turn if they are steps"
-MILLIMETRES = "It looks like millimetres: import with positions in metres"
 
 
 def in_percent(joint: str, values: np.ndarray) -> bool:
@@ -55,8 +54,6 @@ def unit_questions(robot: Robot, values: np.ndarray, unit: str) -> list[str]:
     if ticks:
         joint, column = next(named for named in turning if named[0] in ticks)
         return [f"{', '.join(ticks)}: {angle_advice(joint, column, values.T[:0])}"]
-    if unit == "deg":
-        return percent_questions(robot, np.radians(values))
     return [
         f"{joint} goes up to {np.nanmax(column):.4g}: {PER_CENT}"
         for joint, column in turning
@@ -77,7 +74,7 @@ def in_ticks(values: np.ndarray) -> bool:
 
 
 def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
-    """Advice about positions (t,) of a joint that are impossible in radians.
+    """Advice about positions (t,) of a joint that are impossible in radians; empty if they may be in degrees.
 
     `others` are those of the other revolute joints, shape (n - 1, t).
     """
@@ -94,8 +91,4 @@ def angle_advice(joint: str, values: np.ndarray, others: np.ndarray) -> str:
         return f"It is impossible in degrees too. If it is in counts of an encoder: {OF_STEPS}"
     if in_percent(joint, values) and np.all(np.abs(others) < IN_RADIANS):
         return f"The other joints are in radians: {PER_CENT}"
-    degrees = "It looks like degrees: import it with exidyn import --degrees (in Python degrees=True)"
-    beyond = np.nanmax(np.abs(values)) > PERCENT
-    return (
-        degrees if beyond else f"{degrees}; per cent of a joint's travel is exidyn import --units position=%"
-    )
+    return ""

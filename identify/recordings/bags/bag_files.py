@@ -29,41 +29,44 @@ class BagMessage(NamedTuple):
     topic: str  # name of the topic
     kind: str  # type of the message in ROS 2; `JSON` for a JSON object
     received: int  # time at which the bag received the message [ns]
-    content: Any  # joint states (`JointMessage`), or the numbers of an array
+    content: Any  # joint states (`JointMessage`), the numbers of an array, or another message
 
 
 Decoder = Callable[[bytes], Any]
-"""Function from the bytes of a message to joint states (`JointMessage`), or to the numbers of an array."""
+"""Function from the bytes of a message to the content of a `BagMessage`."""
 
 
 class Bag:
     """A bag.
+
+    Args:
+        source: Path of the file or folder.
+        others: Whether to read the messages of all other types instead of `WANTED`.
 
     Attributes:
         others: Topics that are not read -> type of their messages; complete once all messages are read.
         notes: Sentences about lost parts of the bag; complete once all messages are read.
     """
 
-    def __init__(self, source: Path) -> None:
-        self.source = source
+    def __init__(self, source: Path, others: bool = False) -> None:
+        self.source, self._others = source, others
         self.others: dict[str, str] = {}
         self.notes: list[str] = []
 
     def messages(self) -> Iterator[BagMessage]:
-        """All messages with joint states or arrays of numbers."""
+        """All messages with joint states or arrays of numbers; or those of other types."""
         with refused_as(self.source, "a ROS bag"):
-            files = sorted(self.source.glob("*.mcap")) if self.source.is_dir() else [self.source]
-            if files and files[0].suffix.lower() == ".mcap":
-                for file in files:
-                    yield from self._of_mcap(file)
-            else:
-                yield from self._of_rosbags()
+            for file in _files(self.source):
+                yield from self._of_mcap(file) if file.suffix.lower() == ".mcap" else self._of_rosbags(file)
 
-    def _of_rosbags(self) -> Iterator[BagMessage]:
-        first = self.source.is_file() and ".bag" in map(str.lower, self.source.suffixes)
-        reader = optional(f"rosbags.rosbag{1 if first else 2}", "a ROS bag", "ros2").Reader(self.source)
+    def _reads(self, kind: str) -> bool:
+        return (kind in WANTED) != self._others
+
+    def _of_rosbags(self, file: Path) -> Iterator[BagMessage]:
+        first = file.is_file() and ".bag" in map(str.lower, file.suffixes)
+        reader = optional(f"rosbags.rosbag{1 if first else 2}", "a ROS bag", "ros2").Reader(file)
         with reader:
-            chosen = [connection for connection in reader.connections if connection.msgtype in WANTED]
+            chosen = [connection for connection in reader.connections if self._reads(connection.msgtype)]
             self.others |= {c.topic: c.msgtype for c in reader.connections if c not in chosen}
             decoders = {
                 connection.id: _decoder(
@@ -73,8 +76,8 @@ class Bag:
                 for connection in chosen
             }  # fmt: skip
             for connection, received, raw in reader.messages(connections=chosen) if chosen else ():
-                content = decoders[connection.id](raw)
-                yield BagMessage(connection.topic, connection.msgtype, received, content)
+                if (content := decoders[connection.id](raw)) is not None:
+                    yield BagMessage(connection.topic, connection.msgtype, received, content)
 
     def _of_mcap(self, file: Path) -> Iterator[BagMessage]:
         schemas: dict[int, Schema] = {}
@@ -83,7 +86,7 @@ class Bag:
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel) and record.id not in channels:
-                channels[record.id] = (record, *_mcap_decoder(record, schemas.get(record.schema_id)))
+                channels[record.id] = (record, *self._mcap_decoder(record, schemas.get(record.schema_id)))
             elif isinstance(record, Message) and record.channel_id in channels:
                 channel, kind, decode = channels[record.channel_id]
                 content = decode(record.data) if decode else None
@@ -107,30 +110,46 @@ class Bag:
                     "before the end is read"
                 )
 
+    def _mcap_decoder(self, channel: Channel, schema: Schema | None) -> tuple[str, Decoder | None]:
+        """Type of the messages of a channel, and their decoder; None for messages that are not read."""
+        name, encoding = (schema.name, schema.encoding) if schema else ("", "")
+        if channel.message_encoding == "json":
+            return JSON, lambda data: json.loads(data) if self._others else read_json(json.loads(data))
+        package, _, kind = name.partition("/")
+        kind = f"{package}/msg/{kind.rpartition('/')[2]}"
+        if self._reads(kind) and schema and channel.message_encoding in ("cdr", "ros1"):
+            text = schema.data.decode()
+            return kind, _decoder(kind, channel.message_encoding, text, encoding in ("ros2idl", "omgidl"))
+        return f"{name or 'unknown type'} in {channel.message_encoding}", None
 
-def _mcap_decoder(channel: Channel, schema: Schema | None) -> tuple[str, Decoder | None]:
-    """Type of the messages of a channel, and their decoder; None for messages that are not read."""
-    name, encoding = (schema.name, schema.encoding) if schema else ("", "")
-    if channel.message_encoding == "json":
-        return JSON, lambda data: read_json(json.loads(data))
-    package, _, kind = name.partition("/")
-    kind = f"{package}/msg/{kind.rpartition('/')[2]}"
-    if kind in WANTED and schema and channel.message_encoding in ("cdr", "ros1"):
-        text = schema.data.decode()
-        return kind, _decoder(kind, channel.message_encoding, text, encoding in ("ros2idl", "omgidl"))
-    return f"{name or 'unknown type'} in {channel.message_encoding}", None
+
+def _files(source: Path) -> list[Path]:
+    """Files of a bag, each with its own messages; the folder itself if its metadata names them."""
+    files = sorted(source.glob("*.mcap"))
+    if not files and not (source / "metadata.yaml").exists():
+        files = sorted(source.glob("*.db3"))
+    return files or [source]
 
 
 def _decoder(kind: str, encoding: str, text: str, idl: bool) -> Decoder:
-    """Decoder of messages of one type in `WANTED`; `encoding` is "ros1", or "cdr" for ROS 2.
+    """Decoder of messages of one type; `encoding` is "ros1", or "cdr" for ROS 2.
 
     `text` is the definition of the type and its parts, in IDL if `idl`; empty in bags from before ROS 2 Iron.
+    Messages whose type is unknown then, or whose definition cannot be read, are None.
     """
-    store = _types(kind, text, idl)
+    try:
+        store = _types(kind, text, idl)
+    except Exception:
+        if kind in WANTED:
+            raise
+        return lambda data: None
     deserialize = store.deserialize_ros1 if encoding == "ros1" else store.deserialize_cdr
+    if kind not in store.types:
+        return lambda data: None
     if kind == ARRAY:
         return lambda data: deserialize(data, kind).data
-    return lambda data: JOINT_READERS[kind](deserialize(data, kind))
+    read = JOINT_READERS.get(kind, lambda message: message)
+    return lambda data: read(deserialize(data, kind))
 
 
 def _types(kind: str, text: str, idl: bool) -> Any:

@@ -4,7 +4,7 @@ Libraries decompress chunks, messages and files of any stated size, so they run 
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -16,6 +16,8 @@ from ...errors import BadTime, NotAFile
 from ...notebook import optional
 from ..importers.read_apart import call_reader
 from ..mcap.mcap_topics import ARRAY_TOPICS
+from ..tables.fields import fields_of, table_of_rows
+from ..tables.table import Table
 from .bag_files import Bag, BagMessage
 from .joint_messages import ARRAY
 
@@ -23,6 +25,8 @@ LATEST = 2**63
 """Time stamps are below this [ns since 1970]."""
 SIGNAL_OF = {topic: signal for signal, topic in ARRAY_TOPICS.items()}
 """Topic of arrays -> signal."""
+STAMP = "header.stamp"
+"""Field of the time stamp of a message, in columns."""
 LISTED = 10
 """Maximum number of topics without joint states in an error."""
 
@@ -48,10 +52,11 @@ class Group:
 class Content:
     """Content of a bag."""
 
-    groups: list[Group]  # joint states; not empty
+    groups: list[Group]  # joint states
     # Signal -> times at which the bag received it, shape (t,) [ns], and values, shape (t, n).
     arrays: dict[str, tuple[np.ndarray, np.ndarray]]
     notes: list[str]  # sentences about lost parts of the bag
+    tables: list[Table]  # fields of the other messages, by topic, if there are no joint states; else empty
 
 
 def read_bag(source: Path) -> Content:
@@ -60,7 +65,7 @@ def read_bag(source: Path) -> Content:
     content = call_reader(f"{__name__}:read_messages", "rosbags or mcap", _folder(source))
     groups = [Group(**group | {"names": tuple(group["names"])}) for group in content["groups"]]
     arrays = {name: (received, values) for name, (received, values) in content["arrays"].items()}
-    return Content(groups, arrays, content["notes"])
+    return Content(groups, arrays, content["notes"], [Table(**table) for table in content["tables"]])
 
 
 def _folder(source: Path) -> Path:
@@ -86,13 +91,40 @@ def read_messages(source: str) -> dict[str, Any]:
             states.setdefault((message.topic, message.kind, _sorted(names)[0]), []).append(shared)
         else:
             bag.others[message.topic] = f"{message.kind} without names of joints"
-    if not states:
+    tables = [] if states else _field_tables(Path(source))
+    if not states and not tables:
         raise NotAFile(_nothing(source, bag))
     return {
         "groups": [vars(_group(*key, messages)) for key, messages in states.items()],
         "arrays": {name: _equally_long(messages) for name, messages in arrays.items()},
         "notes": [*bag.notes, *_repeated(states.values())],
+        "tables": [table._asdict() for table in tables],
     }
+
+
+def _field_tables(source: Path) -> list[Table]:
+    """Fields of all messages that are no joint states, by topic, whose name is that of the run."""
+    rows: dict[str, list[Any]] = {}
+    for message in Bag(source, others=True).messages():
+        _require_times(str(source), message.received)
+        rows.setdefault(message.topic, []).append([message.received, message.content])
+    tables = [_field_table(source, topic, messages) for topic, messages in rows.items()]
+    return [table for table in tables if len(table.names) > 1]
+
+
+def _field_table(source: Path, topic: str, messages: Sequence[Any]) -> Table:
+    """Fields of the messages of a topic; their time is their stamp, or when the bag received them."""
+    received = np.array([received for received, _ in messages], np.int64)
+    contents = [dict(fields_of(content)) for _, content in messages]
+    stamps = np.array([content.get(STAMP, 0.0) for content in contents])
+    if np.any(np.diff(stamps) > 0.0):
+        return table_of_rows(source, contents, run=topic)
+    times = (1e-9 * received).tolist()
+    return table_of_rows(
+        source,
+        ({"time": time, **content, STAMP: time} for time, content in zip(times, contents, strict=True)),
+        run=topic,
+    )
 
 
 def _group(topic: str, kind: str, names: tuple[str, ...], messages: list[BagMessage]) -> Group:
@@ -141,11 +173,12 @@ def _equally_long(messages: list[BagMessage]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nothing(source: str, bag: Bag) -> str:
-    """Message for a bag without joint states."""
+    """Message for a bag without joint states and other fields that can be read."""
     topics = [f"{topic} ({kind})" for topic, kind in sorted(bag.others.items())[:LISTED]]
     more = f" and {len(bag.others) - LISTED} others" if len(bag.others) > LISTED else ""
     nothing = (
-        f"{source}: there are no joint states in it, such as sensor_msgs/JointState or JSON. "
+        f"{source}: there are no joint states in it, such as sensor_msgs/JointState, and no other "
+        "messages whose definition is in the bag. "
         f"Topics: {', '.join(topics) or 'none'}{more}."
     )
     return " ".join([nothing, *bag.notes])

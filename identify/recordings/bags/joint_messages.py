@@ -6,6 +6,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ..tables.fields import NAMES, stamp_of
+
 ARRAY = "std_msgs/msg/Float64MultiArray"
 JSON = "JSON"
 """Type of messages that are JSON objects."""
@@ -21,9 +23,6 @@ float64[] values
 """
 """Definition of the type in bags from before ROS 2 Iron, which do not contain definitions."""
 
-SECONDS, NANOSECONDS = ("sec", "secs", "seconds"), ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
-"""Names of the parts of a time stamp in JSON from ROS 1, ROS 2, Foxglove and protobuf."""
-NAMES = ("name", "names", "joint_names", "joints")
 FIELDS = {
     "position": ("position", "positions"),
     "velocity": ("velocity", "velocities"),
@@ -122,9 +121,4 @@ def _json_stamp(content: Mapping[str, Any]) -> int:
     header = content.get("header")
     owner = header if isinstance(header, Mapping) else content
     stamp = _value(owner, ("stamp", "timestamp", "time"))
-    if not isinstance(stamp, Mapping):
-        return 0
-    parts = _value(stamp, SECONDS), _value(stamp, NANOSECONDS)
-    if not all(isinstance(part, int) for part in parts):
-        return 0
-    return int(parts[0]) * 1_000_000_000 + int(parts[1])
+    return (stamp_of(stamp) if isinstance(stamp, Mapping) else None) or 0

@@ -1,18 +1,23 @@
 """Joint states from bags of ROS 2 and ROS 1, and from MCAP files of other tools; needs `exidyn[ros2]`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...arm.robot import Robot
-from ...errors import NotRecorded, RecordingError, listed
+from ...errors import NotRecorded, RecordingError, UnknownKey, listed
 from ...model import Model
 from ...notebook import counted
 from ..incomplete_samples import without_damaged, without_stale
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
 from ..separate_runs import separate_runs
+from ..tables.columns import Names
+from ..tables.import_table import import_table
+from ..tables.signal_units import Units
+from ..tables.table import Table
 from .bag_reader import Content, Group, read_bag
 from .joint_parts import clock_of, joined, parts_of
 from .topic_choice import choose_topics, names_in
@@ -25,10 +30,16 @@ def import_ros2_bag(
     joints: str | Sequence[str] | None = None,
     effort: str = "torque",
     payload: KnownPayload | None = None,
+    preset: Path | str | None = None,
+    columns: Mapping[str, Names] | None = None,
+    units: Units | None = None,
+    degrees: bool = False,
+    rate: float | None = None,
 ) -> list[Recording]:
     """Import joint states, and further signals such as motor currents from topics named as in exidyn's files.
 
     Joints may be in different messages or on different topics; their samples are resampled at common times.
+    The fields of other messages are columns of a table, if there are no joint states.
 
     Args:
         source: Path of the bag's folder, or of its .mcap, .db3 or .bag file.
@@ -37,10 +48,24 @@ def import_ros2_bag(
         joints: Names of the joints in the bag: one per joint, or a pattern such as "left_{joint}".
         effort: Quantity in the field effort, "torque" or "current".
         payload: Payload on the flange.
+        preset: For fields of other messages, as for `import_table`.
+        columns: For fields of other messages, as for `import_table`.
+        units: For fields of other messages, as for `import_table`.
+        degrees: For fields of other messages, as for `import_table`.
+        rate: For fields of other messages, as for `import_table`.
     """
     if effort not in EFFORT:
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join(EFFORT)}")
     content = read_bag(source)
+    of_table = {"preset": preset, "columns": columns, "units": units, "degrees": degrees, "rate": rate}
+    of_table = {name: value for name, value in of_table.items() if value}
+    if not content.groups:
+        options = of_table | {"joints": joints, "effort": effort, "payload": payload}
+        return _of_fields(source, content.tables, topic, model, options)
+    if of_table:
+        raise UnknownKey(
+            next(iter(of_table)), "import of joint states", ("topic", "joints", "effort", "payload")
+        )
     groups, names = choose_topics(source, content.groups, model.robot, topic, joints)
     parts = parts_of(groups, names)
     times, notes = clock_of(parts)
@@ -63,6 +88,30 @@ def import_ros2_bag(
     )
     complete = without_damaged(without_stale(recording))
     return [check(run) for run, _ in separate_runs(complete, "message {}".format)]
+
+
+def _of_fields(
+    source: Path, tables: Sequence[Table], topic: str | None, model: Model, options: Mapping[str, Any]
+) -> list[Recording]:
+    """Runs of the only topic whose fields are those of the robot; errors are about the largest topic."""
+    runs, errors = {}, []
+    for table in sorted(tables, key=lambda table: -table.values.size):
+        if topic in (None, table.run):
+            try:
+                runs[table.run] = import_table(_reader(table), source, model, **options)
+            except RecordingError as error:
+                errors.append(error)
+    if not runs and not errors:
+        raise RecordingError(f"{source}: no {topic}. Topics: {listed(table.run for table in tables)}")
+    if not runs:
+        raise errors[0]
+    if len(runs) > 1:
+        raise RecordingError(f"{source}: {listed(runs)} have the robot's joints; choose one by --topic TOPIC")
+    return next(iter(runs.values()))
+
+
+def _reader(table: Table) -> Callable[[Path], list[Table]]:
+    return lambda _: [table._replace(run="")]
 
 
 def joints_of_bag(source: Path) -> list[str]:

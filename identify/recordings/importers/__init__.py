@@ -3,7 +3,7 @@
 import inspect
 import zlib
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -30,7 +30,7 @@ class Entry(NamedTuple):
     place: str
     content: str  # name of the format, and what a file has to contain
     endings: tuple[str, ...] = ()  # endings of the names of such files
-    inside: str = ""  # pattern of a file in such a folder
+    inside: tuple[str, ...] = ()  # patterns of a file in such a folder
     marks: tuple[bytes, ...] = ()  # bytes at the beginning of such files, whatever their name
     table: bool = False  # whether it is read as a table, whose columns `import_table` turns into signals
     robot: bool = False  # whether such files contain their robot; otherwise it has to be given
@@ -43,6 +43,9 @@ class Entry(NamedTuple):
         """Name of the format."""
         return self.content.partition(":")[0]
 
+
+BAG = "ros2_bag"
+"""Kind of bags, whose content shows whether they are read as tables."""
 
 IMPORTERS: dict[str, Entry] = {
     "csv": Entry(
@@ -75,22 +78,29 @@ IMPORTERS: dict[str, Entry] = {
     "lerobot": Entry(
         "array_files:read_lerobot",
         "LeRobot data set: a run an episode; needs the extra parquet",
-        inside="meta/info.json",
+        inside=("meta/info.json",),
         table=True,
         library="pyarrow",
     ),
     "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
-    "ros2_bag": Entry(
+    "npy": Entry("array_files:read_npy", "NumPy array: a row a sample, named or not", (".npy",), table=True),
+    "json": Entry(
+        ".tables.fields:read_json_lines",
+        "JSON lines: an object a sample",
+        (".jsonl", ".ndjson", ".jsonl.gz", ".ndjson.gz"),
+        table=True,
+    ),
+    BAG: Entry(
         ".bags.ros2_bag:import_ros2_bag",
-        "ROS bag: joint states, ROS 1 and MCAP too; needs the extra ros2",
+        "ROS bag: joint states or fields of other messages, ROS 1 and MCAP too; needs the extra ros2",
         (".db3", ".bag", ".bag.active"),
-        "metadata.yaml",
+        ("metadata.yaml", "*.db3"),
     ),
     "kuka_trace": Entry(
         "kuka_trace:import_kuka_trace",
         "KUKA trace: .dat beside .r64, all files of one name a run",
         (".dat", ".r64"),
-        "*.[dD][aA][tT]",
+        ("*.[dD][aA][tT]",),
     ),
     "rsi": Entry(
         "rsi_telegrams:import_rsi_telegrams",
@@ -124,7 +134,7 @@ def import_source(
     if IMPORTERS[kind].table:
         from ..tables.import_table import import_table
 
-        function = partial(import_table, function)
+        function = partial(import_table, cache(function))
     valid = tuple(inspect.signature(function).parameters)[2:]
     for option in options:
         if option not in valid:
@@ -133,16 +143,32 @@ def import_source(
         raise RecordingError(
             f"{source}: {IMPORTERS[kind].name} does not name its robot; give the robot too (--robot FILE)"
         )
-    return function(source, model, **options)
+    from ..hints import import_with_hints
+
+    return import_with_hints(function, source, model, options)
 
 
 def read_tables(source: Path | str, kind: str | None = None) -> list["Table"]:
     """Tables of a file, one per run, before the meaning and units of their columns are known."""
     source = Path(source)
     kind, function = _reader(source, kind)
+    if kind == BAG and (tables := _fields_of_bag(source)):
+        return tables
     if not IMPORTERS[kind].table:
         raise RecordingError(f"{source}: {IMPORTERS[kind].name} is not a table")
     return function(source)
+
+
+def is_table(source: Path) -> bool:
+    """Whether a file or folder has named columns, as bags of other messages than joint states do."""
+    kind = kind_of(source)
+    return IMPORTERS[kind].table or (kind == BAG and bool(_fields_of_bag(source)))
+
+
+def _fields_of_bag(source: Path) -> list["Table"]:
+    """Fields of the messages of a bag by topic; empty if it has joint states."""
+    tables: list[Table] = import_module("..bags.bag_reader", __name__).read_bag(source).tables
+    return tables
 
 
 def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
@@ -153,12 +179,20 @@ def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
     if kind not in IMPORTERS:
         raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))
     entry = IMPORTERS[kind]
+    module, name = entry.place.split(":")
     if entry.library:
         from .read_apart import read_apart
 
-        return kind, partial(read_apart, entry.place, entry.library)
-    module, name = entry.place.split(":")
-    return kind, getattr(import_module(f".{module}", __name__), name)
+        read = partial(read_apart, entry.place, entry.library)
+    else:
+        read = getattr(import_module(f".{module}", __name__), name)
+    return kind, partial(_by_sample, read) if entry.table else read
+
+
+def _by_sample(read: Callable[[Path], list["Table"]], source: Path) -> list["Table"]:
+    from ..tables.row_per_joint import by_sample
+
+    return [by_sample(table) for table in read(source)]
 
 
 def kind_of(source: Path) -> str:
@@ -175,7 +209,7 @@ def kind_of(source: Path) -> str:
         )
     if kind is None:
         known = [
-            f"{entry.name} ({(*entry.endings, entry.inside or 'by its content')[0]})"
+            f"{entry.name} ({(*entry.endings, *entry.inside, 'by its content')[0]})"
             for entry in IMPORTERS.values()
         ]
         raise NotAFile(f"{source} cannot be imported{_below(source)}. Known formats: {', '.join(known)}")
@@ -208,15 +242,17 @@ def _kind(source: Path) -> str | None:
         # A file that is not MCAP counts as our own, so that our reader reports what is wrong. The first
         # metadata record of our files begins within 256 bytes, behind the header of the format.
         own_recording = not begin.startswith(b"\x89MCAP0\r\n") or b"\x06\x00\x00\x00exidyn" in begin[:256]
-        return "exidyn" if own_recording else "ros2_bag"
+        return "exidyn" if own_recording else BAG
     for kind, entry in IMPORTERS.items():
         if entry.marks and all(mark in begin for mark in entry.marks):
             return kind
     for kind, entry in IMPORTERS.items():
         if source.is_dir():
-            matches = bool(entry.inside) and any(source.glob(entry.inside))
+            matches = any(any(source.glob(pattern)) for pattern in entry.inside)
         else:
             matches = name.endswith(entry.endings)
         if matches:
             return kind
-    return None
+    # A folder of MCAP files without metadata is a bag, unless they are exidyn's recordings.
+    files = sorted(source.glob("*.mcap")) if source.is_dir() else []
+    return BAG if files and _kind(files[0]) == BAG else None

@@ -10,9 +10,11 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+from zipfile import ZipFile
 
 import numpy as np
+from numpy.lib import format as npy
 
 from ...errors import NotAFile
 from ...notebook import optional
@@ -74,11 +76,38 @@ def read_hdf5(source: Path, between: str = "/") -> list[Table]:
 
 
 def read_npz(source: Path) -> list[Table]:
-    """Read arrays that `numpy.savez` or `savez_compressed` wrote; arrays of objects are refused."""
-    with refused_as(source, "a NumPy file"), open(source, "rb") as file:
+    """Read arrays that `numpy.savez` or `savez_compressed` wrote; samples that are objects are refused."""
+    with refused_as(source, "a NumPy file"):
         require_zip(source)
-        with np.load(file) as arrays:
-            return [table_of(source, dict(arrays))]
+        with ZipFile(source) as archive:
+            arrays: dict[str, np.ndarray] = {}
+            for name in archive.namelist():
+                with archive.open(name) as file:
+                    arrays |= _numpy_array(source, name.removesuffix(".npy"), file)
+        return [table_of(source, arrays)]
+
+
+def read_npy(source: Path) -> list[Table]:
+    """Read an array that `numpy.save` wrote, with or without names of its columns."""
+    with refused_as(source, "a NumPy file"), open(source, "rb") as file:
+        return [table_of(source, _numpy_array(source, "", file))]
+
+
+def _numpy_array(source: Path, name: str, file: IO[bytes]) -> dict[str, np.ndarray]:
+    """An array of numbers by its name; empty for a single object, such as a dictionary of settings."""
+    version = npy.read_magic(file)
+    head = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = head(file)
+    if dtype.hasobject and math.prod(shape) == 1:
+        return {}
+    if dtype.hasobject:
+        raise NotAFile(
+            f"{source}: {name or 'the array'} holds Python objects, which are not loaded. Save numbers: "
+            f"np.array({name or 'x'}, float)"
+        )
+    require_size(source, math.prod(shape) * dtype.itemsize)
+    file.seek(0)
+    return {name: npy.read_array(file, allow_pickle=False)}
 
 
 def read_parquet(source: Path) -> list[Table]:

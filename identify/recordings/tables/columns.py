@@ -9,8 +9,11 @@ import numpy as np
 from ...arm.robot import Robot
 from ...errors import RecordingError, WrongShape, listed
 from ..incomplete_samples import NEEDED
-from ..recording import SIGNALS
+from ..recording import EFFORT, SIGNALS
+from ..steps_back import ROUNDED
+from .column_names import MEASURED, Family, families, words_of
 from .name_index import (
+    TIMES,
     UNITS_ONLY,
     WORDS,
     NameIndex,
@@ -33,12 +36,12 @@ PREFIXES: dict[str, tuple[str, ...]] = {
 }
 """Prefixes of the joint number in a column's name; the name of the signal is always valid too."""
 
-TIMES = (
-    "t", "time", "timestamp", "timestamps", "time_stamp", "stamp", "zeit", "zeitstempel", "temps", "seconds",
-    "secs", "sec", "clock",
-)  # fmt: skip
-AXES = ("j", "joint", "axis", "a", "achse", "motor")
-"""Words before the number of a joint, as in `J1 Position`."""
+RISING = 0.99
+"""Minimum share of the steps in which a column that may be time increases."""
+EFFORTS = frozenset(("effort", "efforts"))
+"""Words for a torque or a current."""
+EFFORT_MEANS = "torque"
+"""Signal that an effort stands for by default."""
 
 Names = str | Sequence[str]
 """Columns of a signal: one name per joint, a pattern for `_filled`, or the prefix of the joints' numbers."""
@@ -47,14 +50,25 @@ Names = str | Sequence[str]
 class Columns:
     """Columns of a table, looked up for one robot.
 
-    `joints` are the names of the robot's joints in the table, in any form that `_names_in_log` accepts.
+    `joints` are the names of the robot's joints in the table, in any form that `_names_in_log` accepts, and
+    `effort` is the signal that a column of effort stands for.
 
     Attributes:
         left_out: Sentences about optional columns that contain text and were not read, and other facts.
     """
 
-    def __init__(self, source: Path, table: Table, robot: Robot, joints: Names | None = None) -> None:
+    def __init__(
+        self,
+        source: Path,
+        table: Table,
+        robot: Robot,
+        joints: Names | None = None,
+        effort: str = EFFORT_MEANS,
+    ) -> None:
         self.source, self.table, self.robot = source, table, robot
+        # Words for an effort belong to the signal that it stands for.
+        self._words = {signal: words - EFFORTS for signal, words in WORDS.items()}
+        self._words[effort] |= EFFORTS
         self.left_out: list[str] = []
         self._index = NameIndex(table.names)
         self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
@@ -81,30 +95,38 @@ class Columns:
         place = self._place(times, ("s",))
         if place < 0:
             usual = ", ".join(times[:3])
+            steps = np.diff(self.table.values, axis=0)
+            rising = len(steps) > 0 and bool(np.any(np.mean(steps > 0, axis=0) > RISING))
+            name = 'name it by exidyn import --columns time=NAME (columns={"time": NAME}), or ' * rising
             raise WrongShape(
                 f"{where}: no column of time ({usual}) among {column_words(self.table.names, 't')}; "
-                'name it by exidyn import --columns time=NAME (columns={"time": NAME}), or state the '
-                "sampling rate: exidyn import --rate HZ (rate=HZ)"
+                f"{name}state the sampling rate: exidyn import --rate HZ (rate=HZ)"
             )
         return place
 
     def signals(
-        self, stated: Mapping[str, Names], chosen: Mapping[str, Names], usual: bool, where: str
+        self,
+        stated: Mapping[str, Names],
+        chosen: Mapping[str, Names],
+        usual: Collection[str],
+        where: str,
+        words: bool = True,
     ) -> dict[str, list[int]]:
         """Signals in the table, and the index of the column of each joint; -1 for a joint without a column.
 
         Args:
             stated: Names of columns by signal or "time".
             chosen: The subset of `stated` that was chosen for this file, whose robot may have more joints.
-            usual: Whether other signals are looked up by usual names.
+            usual: Other signals that are looked up by usual names.
             where: Name of the file in messages.
+            words: Whether these may have other names that contain words for the signal.
 
         Raises:
             WrongShape: A column that is needed or was named is missing, is text, or belongs to another robot.
         """
         stated = {signal: expanded(names) for signal, names in stated.items()}
         block = self._block(stated.get("position", ()))
-        known = {signal: self._choices(signal, stated) for signal in SIGNALS if usual or signal in stated}
+        known = {signal: self._choices(signal, stated) for signal in SIGNALS if signal in (*usual, *stated)}
         # A column that was named for one signal is never used for another by its usual name. The same holds
         # for columns of the same array, which may belong to another arm.
         named = {self._index.place(names) for signal in stated for names in known.get(signal, ())} - {-1}
@@ -123,6 +145,8 @@ class Columns:
             else:
                 quantities = set(self.robot.units(SIGNALS[signal]))
                 places = [self._place(names, quantities, reserved) for names in choices]
+                if max(places) < 0 and words:
+                    places = self._by_words(signal, quantities, reserved) or places
             if signal in stated or signal == "position":
                 self._require_all(signal, choices, places, where)
             names = stated.get(signal, "")
@@ -164,6 +188,27 @@ class Columns:
             raise WrongShape(self.table.text[name])
         return place
 
+    def _by_words(
+        self, signal: str, quantities: Collection[str], reserved: Collection[int]
+    ) -> list[int] | None:
+        """Indices of the only columns whose words mean a signal; of several, those that were measured."""
+        alike = [
+            family
+            for family in families(self.table.names, self._joints, self.table.joints)
+            if self._signal_of(family) == signal
+            and not {*family.places} & {*reserved}
+            and all(self._index.fits(place, quantities) for place in family.places)
+            and (signal in NEEDED or not {*family.names} & {*self.table.text})
+        ]
+        if len(alike) > 1:
+            alike = [family for family in alike if MEASURED.intersection(words_of(family.pattern))]
+        return [self._place([name]) for name in alike[0].names] if len(alike) == 1 else None
+
+    def _signal_of(self, family: Family) -> str:
+        words = EFFORTS.intersection(words_of(family.pattern))
+        means_effort = words and family.signal in EFFORT
+        return next(s for s in EFFORT if words <= self._words[s]) if means_effort else family.signal
+
     def _choices(self, signal: str, stated: Mapping[str, Names]) -> list[list[str]]:
         """Names that the column of each joint may have."""
         names = stated.get(signal, "")
@@ -174,7 +219,7 @@ class Columns:
                     f"{self.robot.dof} joints"
                 )
             return [[name] for name in names]
-        patterns = _patterns(signal, stated)
+        patterns = self._patterns(signal, stated)
         if self.robot.dof == 1:  # an array of one joint has no number
             patterns += [pattern.removesuffix("{number}") for pattern in patterns]
         numbers = [self._numbers] * len(patterns)
@@ -182,6 +227,17 @@ class Columns:
             numbers = [self._numbers_of(pattern) for pattern in patterns]
         filled = [_filled(self._joints, *each) for each in zip(patterns, numbers, strict=True)]
         return [list(choices) for choices in zip(*filled, strict=True)]
+
+    def _patterns(self, signal: str, stated: Mapping[str, Names]) -> list[str]:
+        """Patterns of the names of a signal's columns: as stated, or else as usual."""
+        if signal in stated:
+            names = stated[signal]
+            return [names if "{" in names else f"{names}{{number}}"] if isinstance(names, str) else []
+        usual = [*PREFIXES[signal], signal]
+        by_joint = [f"{word}_{{joint}}" for word in usual]
+        by_joint += [f"{{joint}}{between}{word}" for word in (signal, *PREFIXES[signal]) for between in "_./"]
+        arrays = [*usual, *sorted(self._words.get(signal, frozenset()) - UNITS_ONLY - {*usual})]
+        return [f"{word}{{number}}" for word in arrays] + by_joint
 
     def _numbers_of(self, pattern: str) -> list[int]:
         """Numbers of the joints in names of a pattern, which may count from 0."""
@@ -230,11 +286,10 @@ class Columns:
 
 
 def own_time(table: Table) -> str:
-    """Name of a column that is usually time and that increases; "" if there is none."""
+    """Name of a column that is usually time and whose stamps have enough digits; "" if there is none."""
     place = NameIndex(table.names).place(TIMES, ("s",))
-    if place < 0 or not np.any(np.diff(table.values[:, place]) > 0):
-        return ""
-    return table.names[place]
+    steps = np.diff(table.values[:, place]) if place >= 0 else np.zeros(0)
+    return table.names[place] if np.any(steps > 0) and np.mean(steps == 0) < ROUNDED else ""
 
 
 def expanded(names: Names) -> Names:
@@ -243,26 +298,6 @@ def expanded(names: Names) -> Names:
         return names
     numbers = range(int(match[2]), int(match[3]) + 1)
     return [f"{match[1]}{number}{match[4]}" for number in numbers]
-
-
-def _patterns(signal: str, stated: Mapping[str, Names]) -> list[str]:
-    """Patterns of the names of a signal's columns: as stated, or else as usual."""
-    if signal in stated:
-        names = stated[signal]
-        return [names if "{" in names else f"{names}{{number}}"] if isinstance(names, str) else []
-    words = sorted(WORDS.get(signal, frozenset()) - UNITS_ONLY - {signal, *PREFIXES[signal]})
-    usual = [*PREFIXES[signal], signal, *words]
-    by_joint = [f"{word}_{{joint}}" for word in usual]
-    by_joint += [
-        f"{{joint}}{between}{word}" for word in (signal, *words, *PREFIXES[signal]) for between in "_./"
-    ]
-    by_axis = [
-        form
-        for axis in AXES
-        for word in usual
-        for form in (f"{axis}{{number}}_{word}", f"{word}_{axis}{{number}}")
-    ]
-    return [f"{word}{{number}}" for word in usual] + by_joint + by_axis
 
 
 def _filled(names: Sequence[str], pattern: str, numbers: Sequence[int]) -> list[str]:

@@ -1,6 +1,7 @@
 """Import of a table: signals and units of its columns, and the recording of each run."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +11,17 @@ from ...errors import NotAFile, NotFinite, RecordingError, WrongShape
 from ...file_names import read_failure
 from ...model import Model
 from ...text_table import digits
+from ..effort_checks import without_unmeasured
+from ..hints import import_with_hints
 from ..incomplete_samples import without_damaged, without_incomplete
-from ..recording import EFFORT, SIGNALS, KnownPayload, Recording
+from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
 from ..separate_runs import separate_runs
 from ..servo_error import COMMAND, LAW, clipped_words, lacks_effort, servo_of, servo_words, with_servo_error
 from ..units import joint_side, to_axes_of_robot
-from .columns import Columns, Names
+from .columns import EFFORT_MEANS, Columns, Names
 from .preset import Preset, preset_for, read_preset
-from .signal_units import SignalUnits, stamped, with_rate
+from .signal_units import SignalUnits, Units, stamped, with_rate
 from .table import Table
 
 
@@ -26,14 +29,14 @@ def import_table(
     read: Callable[[Path], list[Table]],
     source: Path,
     model: Model,
-    preset: Path | str | None = None,
+    preset: Preset | Path | str | None = None,
     columns: Mapping[str, Names] | None = None,
     joints: Names | None = None,
     effort: str = "torque",
     servo_gain: float | None = None,
     servo_limit: float | None = None,
     degrees: bool = False,
-    units: Mapping[str, str | Sequence[str]] | None = None,
+    units: Units | None = None,
     rate: float | None = None,
     motor_side: bool | Sequence[str] = False,
     sign: Sequence[float] | None = None,
@@ -42,6 +45,7 @@ def import_table(
     name: str | None = None,
     payload: KnownPayload | None = None,
     settings: Mapping[str, str] | None = None,
+    in_si: bool = True,
 ) -> list[Recording]:
     """Import the runs of one file; irregular time stamps are preserved.
 
@@ -73,6 +77,7 @@ def import_table(
         name: Name of the run; by default that of the file.
         payload: Payload on the flange.
         settings: Further information about the run.
+        in_si: Whether units are known; otherwise, values that are impossible in SI units cause warnings.
 
     Raises:
         RecordingError: The file holds no run of this robot; the message gives the reason.
@@ -80,8 +85,8 @@ def import_table(
     """
     if effort not in (*EFFORT, COMMAND):
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
-    by_servo, effort = effort == COMMAND, EFFORT[0] if effort == COMMAND else effort
-    stated_preset = read_preset(preset) if preset else None
+    by_servo, effort = effort == COMMAND, EFFORT_MEANS if effort == COMMAND else effort
+    stated_preset = read_preset(preset) if isinstance(preset, str | Path) else preset
     chosen = _by_signal(columns or {}, effort, "columns (--columns)", ("time",))
     stated = _by_signal(units or {}, effort, "units (--units)", ("time",))
     time_unit = str(stated.pop("time", ""))
@@ -91,25 +96,19 @@ def import_table(
         table = table.without(skip_rows)
         if not len(table.values):
             raise NotAFile(f"{source} has no samples behind the {skip_rows} rows to skip (skip_rows)")
-        lookup = Columns(source, table, model.robot, joints)
+        lookup = Columns(source, table, model.robot, joints, effort)
         used = (stated_preset or preset_for(source, lookup)).of_log(lookup, chosen, effort)
         _check_still(table, used, source)
         used = with_rate(used, lookup, chosen, rate) if rate else used
-        where = f"{source} (preset {Path(used.name).name})" if used.name else str(source)
-        names = {**{signal: reading.column for signal, reading in used.signals.items()}, **chosen}
-        clock = None if used.rate and "time" not in chosen else lookup.time(names, where)
-        # If some joints are held, the numbers in names count joints that the robot does not have.
-        places = lookup.signals(names, chosen, not used.still, where)
-        table, stamps, facts = stamped(lookup, used, clock, time_unit)
-        in_si = SignalUnits(lookup, used, places, stated, degrees)
-        signals = in_si.signals(stamps - stamps[0], table.values)
+        table, stamps, signals, facts = _in_si(lookup, used, chosen, stated, time_unit, degrees)
+        _require_meant(signals, effort, source)
         known = {"source": source.name, "first_time_stamp_s": repr(float(stamps[0]))}
         known |= {"preset": used.name} if used.name else {}
         if by_servo or lacks_effort(signals, model.robot):
             servo = servo_of(model.robot, servo_gain, servo_limit)
             signals = with_servo_error(signals, servo, str(source))
             known |= {LAW: servo_words(servo)}
-            lookup.left_out.extend(clipped_words(signals, servo, model.robot.joints))
+            facts += clipped_words(signals, servo, model.robot.joints)
         recording = Recording(
             name=f"{name or stem}{table.run and '/'}{table.run}",
             model=model,
@@ -117,13 +116,45 @@ def import_table(
             payload=payload,
             settings={**known, **(settings or {})},
         )
-        recording = without_damaged(recording.with_warnings(*lookup.left_out, *facts, *in_si.facts))
-        questions = in_si.percent_questions(recording.signals["position"].values)
-        recording = without_incomplete(recording.with_warnings(*questions), str(source))
+        recording = without_damaged(without_unmeasured(recording.with_warnings(*facts)))
+        recording = without_incomplete(recording, str(source))
         recording = to_axes_of_robot(joint_side(recording, motor_side), sign, zero)
         for run, first in separate_runs(recording, table.place, table.headings()):
-            recordings.append(_checked(run, source, table.without(first), stamps[first:]))
+            recordings.append(_checked(run, source, table.without(first), stamps[first:], in_si))
     return recordings
+
+
+def _in_si(
+    lookup: Columns,
+    used: Preset,
+    chosen: Mapping[str, Names],
+    stated: Units,
+    time_unit: str,
+    degrees: bool,
+) -> tuple[Table, np.ndarray, dict[str, Signal], list[str]]:
+    """Rows of a table with a time, their time stamps (t,) [s], its signals, and facts about their reading."""
+    where = f"{lookup.source} (preset {Path(used.name).name})" if used.name else str(lookup.source)
+    names: dict[str, Names] = {name: r.column for name, r in used.signals.items() if r.column}
+    names |= chosen
+    clock = None if used.rate and "time" not in chosen else lookup.time(names, where)
+    # If some joints are held, the numbers in names count joints that the robot does not have.
+    usual = () if used.still else used.usual(SIGNALS)
+    # A preset that states columns, such as that of init, may leave others out.
+    places = lookup.signals(names, chosen, usual, where, len(names) == len(chosen))
+    table, stamps, facts = stamped(lookup, used, clock, time_unit)
+    in_si = SignalUnits(lookup, used, places, stated, degrees)
+    signals = in_si.signals(stamps - stamps[0], table.values)
+    questions = in_si.percent_questions(signals["position"].values)
+    return table, stamps, signals, [*lookup.left_out, *facts, *in_si.facts, *questions]
+
+
+def _require_meant(signals: Mapping[str, Signal], effort: str, source: Path) -> None:
+    """Refuse an option for the meaning of effort if there is none of that meaning."""
+    if effort != EFFORT_MEANS and effort not in signals and EFFORT_MEANS in signals:
+        raise RecordingError(
+            f"{source} has no columns of effort, to which --effort {effort} would apply; name those of "
+            f"{effort} by --columns {effort}=NAME,NAME,..."
+        )
 
 
 def from_dataframe(table: Any, robot: Model, name: str = "table", **options: Any) -> list[Recording]:
@@ -141,7 +172,23 @@ def from_dataframe(table: Any, robot: Model, name: str = "table", **options: Any
     columns = table.reset_index() if table.index.name else table
     names = [str(column) for column in columns.columns]
     values = columns.to_numpy(dtype=float)
-    return import_table(lambda _: [Table(names, values)], Path(name), robot, name=name, **options)
+    read = partial(import_table, lambda _: [Table(names, values)])
+    return import_with_hints(read, Path(name), robot, {"name": name, **options})
+
+
+def import_values(
+    names: Sequence[str], values: np.ndarray, source: str, model: Model, **options: Any
+) -> list[Recording]:
+    """Runs of named columns.
+
+    Args:
+        names: Names of the c columns.
+        values: Values of the columns, shape (t, c).
+        source: Name of the log in messages.
+        model: Nominal model.
+        options: Options of `import_table`.
+    """
+    return import_table(lambda _: [Table([*names], values)], Path(source), model, **options)
 
 
 def _stem(source: Path) -> str:
@@ -153,10 +200,10 @@ def _stem(source: Path) -> str:
     return source.name.removesuffix(".gz").rsplit(".", 1)[0] if is_file else source.name
 
 
-def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray) -> Recording:
+def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarray, in_si: bool) -> Recording:
     """The recording, if it is plausible; an error about a number that is not finite names its row."""
     try:
-        return check(recording)
+        return check(recording, in_si)
     except NotFinite as error:
         if error.time is None:
             raise

@@ -22,6 +22,13 @@ WORDS: dict[str, frozenset[str]] = {
     "current": frozenset("i cur curr current currents strom amps iq".split()),
 }
 """Signal -> words for it; the first signal with a word counts: `current position` is a position."""
+TIMES = (
+    "t", "time", "timestamp", "timestamps", "time_stamp", "stamp", "zeit", "zeitstempel", "temps", "seconds",
+    "secs", "sec", "clock",
+)  # fmt: skip
+"""Words for time."""
+JOINTS = frozenset("joint joints motor motors axis axes servo id ids actuator achse".split())
+"""Words for the column that names the joint of a row."""
 UNITS_ONLY = frozenset(("nm", "rpm"))
 """Words that are units, and ambiguous without another word."""
 COMMANDED = frozenset("ref cmd command commanded target des desired soll setpoint goal reference d".split())
@@ -68,11 +75,12 @@ class NameIndex:
         for alike in self._alike:
             for name in choices:
                 places = [k for k in alike.get(spelling_key(name), ()) if k not in reserved]
-                if len(places) == 1 and self._fits(places[0], quantities):
+                if len(places) == 1 and self.fits(places[0], quantities):
                     return places[0]
         return -1
 
-    def _fits(self, place: int, quantities: Collection[str]) -> bool:
+    def fits(self, place: int, quantities: Collection[str]) -> bool:
+        """Whether the unit in a column's name, if there is one, is that of one of the SI `quantities`."""
         unit = stated_unit(self._names[place])[1]
         entry = unit_named(unit)
         return not unit or not quantities or is_travel(unit) or (entry is not None and entry[0] in quantities)
@@ -164,6 +172,11 @@ def array_name(array: Sequence[str]) -> str:
     """Common part of the names of an array's columns."""
     parts = numbered(array[0])
     return (parts[0].rstrip(" _[(.-") + parts[2].lstrip(")] ")) if parts else array[0]
+
+
+def names_joints(name: str) -> bool:
+    """Whether a column may name the joint of each row, by its words."""
+    return bool(JOINTS.intersection(re.split(r"[\W_\d]+", name.lower())))
 
 
 def stated_unit(name: str) -> tuple[str, str]:

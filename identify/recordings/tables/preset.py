@@ -1,6 +1,6 @@
 """Presets: names, units and signs of the columns of one kind of log, as TOML files."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
@@ -14,7 +14,7 @@ from ...errors import RobotError, WrongShape
 from ...robot_files.toml_fields import parse_toml, read_text
 from ...schema import Name, Number, Size, checked
 from ...schema import check as check_field
-from ..recording import SIGNALS
+from ..recording import EFFORT, SIGNALS
 from .columns import Columns, Names
 
 BESIDE = "preset.toml"
@@ -31,7 +31,7 @@ class Reading(Struct, frozen=True, forbid_unknown_fields=True):
     A value is sign * (number - zero) * scale, in the unit. Fields are one for all joints, or one per joint.
     """
 
-    column: Name | Annotated[list[Name], Meta(min_length=1)]
+    column: Name | Annotated[list[Name], Meta(min_length=1)] = ""  # by default those of usual names
     unit: str | Annotated[list[str], Meta(min_length=1)] = ""
     sign: Numbers = 1.0
     scale: Numbers = 1.0
@@ -85,6 +85,11 @@ class Preset:
     rate: float = 0.0  # sampling rate of logs without time [Hz]; 0 if there is a time column
     # Column of the position of a joint that the model holds -> range within which it stays.
     still: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def usual(self, signals: Iterable[str]) -> list[str]:
+        """Signals whose columns may have usual names; of efforts, only those that the preset states."""
+        stated = [name for name in EFFORT if name in self.signals]
+        return [name for name in signals if name not in EFFORT or not stated or name in stated]
 
     def of_log(self, columns: Columns, chosen: Mapping[str, Names], effort: str) -> "Preset":
         """Preset for a log: "effort" is replaced by the signal `effort`.

@@ -5,7 +5,7 @@ import gzip
 import re
 import zlib
 from array import array
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from errno import EFBIG
 from functools import partial
@@ -20,7 +20,7 @@ from ...errors import ExidynError, NotAFile, WrongShape
 from ..decompression_limits import largest_size, require_gzip, too_large
 from .cells import decimal_mark, is_missing, number, onward, seconds_of
 from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of, without_empty_end
-from .name_index import is_unit, stated_unit
+from .name_index import is_unit, names_joints, stated_unit
 
 LONGEST_LINE = 1_000_000
 """Maximum length of a line in characters: ten thousand columns of a hundred characters."""
@@ -38,6 +38,8 @@ class Table(NamedTuple):
     # Line of each row in the file, from 1, shape (t,); None if the file has no lines.
     lines: np.ndarray | None = None
     text: Mapping[str, str] = {}  # name of a column with text -> the first such cell, and its place
+    # Name of a column that names joints -> the names; its values are their places in this list, from 1.
+    labels: Mapping[str, Sequence[str]] = {}
     run: str = ""  # name of the run, if a file holds several
     joints: tuple[str, ...] = ()  # names of the joints, if the file states them for numbered columns
     # Name of a column -> its unit, if a line below the names states it; or `DATE`.
@@ -110,7 +112,7 @@ def read_csv(source: Path) -> list[Table]:
 
 
 def _read_csv(source: Path) -> Table:
-    first = [text for _, text in islice(_lines(source), PREAMBLE)]
+    first = [text for _, text in islice(lines_of(source), PREAMBLE)]
     if not "".join(first).strip():
         raise NotAFile(f"{source} is empty")
     layout = layout_of(first)
@@ -178,6 +180,7 @@ def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Ta
     decimal = decimal_mark(cell for _, row in rows() for cell in cells_of(row, layout.separator))
     cells, numbered = array("d"), array("q")
     text: dict[str, str] = {}
+    labels: dict[str, dict[str, int]] = {name: {} for name in names if names_joints(name)}
     dates, numbers = set(), set()
     for line, row in rows():
         numbered.append(line)
@@ -191,7 +194,9 @@ def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Ta
                     seconds = seconds_of(cell)
                     dates |= {name} if seconds is not None else set()
                     value = np.nan if seconds is None else seconds
-                if np.isnan(value) or {name} <= dates & numbers:
+                if np.isnan(value) and name in labels and name not in numbers:
+                    value = labels[name].setdefault(cell, len(labels[name]) + 1)
+                elif np.isnan(value) or {name} <= dates & numbers:
                     where = f"{source} line {line}: '{cell}' in column '{name}' is not a number"
                     text.setdefault(name, where)
             cells.append(value)
@@ -199,7 +204,10 @@ def _any_cells(source: Path, rows: Rows, names: list[str], layout: Layout) -> Ta
     for place, name in enumerate(names):
         if name in dates:
             values[:, place] = onward(values[:, place])
-    return Table(names, values, np.array(numbered), text, units=dict.fromkeys(dates - set(text), DATE))
+    joints = {name: list(known) for name, known in labels.items() if known}
+    return Table(
+        names, values, np.array(numbered), text, joints, units=dict.fromkeys(dates - set(text), DATE)
+    )
 
 
 def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[str]:
@@ -213,7 +221,7 @@ def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[
     return cells
 
 
-def _lines(source: Path) -> Iterator[tuple[int, str]]:
+def lines_of(source: Path) -> Iterator[tuple[int, str]]:
     """Number and text of each line."""
     opener = gzip.open if source.name.endswith(".gz") else open
     with opener(source, "rt", encoding=_encoding(source)) as file:
@@ -250,7 +258,7 @@ def _rows(
     """
     most = largest_size(source) // (8 * len(layout.names))
     count, separator = 0, layout.separator
-    for line, row in _lines(source):
+    for line, row in lines_of(source):
         if line < layout.begin or not row.strip():
             continue
         if row.strip() in above:

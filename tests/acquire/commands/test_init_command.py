@@ -173,15 +173,16 @@ def test_a_log_without_time_has_the_rate_that_is_given_and_one_with_time_its_own
         assert "log.csv has its own time, column Time; --rate" in error
 
 
-def test_what_is_undecided_is_said_and_no_preset_is_written(capsys):
+def test_what_is_undecided_is_said_and_the_best_guess_is_written(capsys):
     noise = np.random.default_rng(0).normal(size=LOG.position.shape)
-    write("far.csv", {"t": LOG.time, **columns("q{k}", 1.5 * LOG.position), **columns("i{k}", noise)})
+    write("far.csv", {"t": LOG.time, **columns("q{k}", 2.0 * LOG.position), **columns("i{k}", noise)})
     init("far.csv")
     printed = said(capsys)
     assert "NOT DECIDED: " in printed
-    assert "Next:" not in printed
-    assert not Path("preset.toml").exists()
-    assert re.search("^# (unit of position|order of joints)", Path("robot.toml").read_text(), re.MULTILINE)
+    assert re.search(r"Check first what is not decided \(.*Next: exidyn import far.csv", printed)
+    for file in ("preset.toml", "robot.toml"):
+        assert re.search("^# (unit of position|order of joints)", Path(file).read_text(), re.MULTILINE)
+    assert main(["import", "far.csv", "--robot", "robot.toml"]) == 0
 
 
 GRIPPER = """<link name="finger"/><link name="thumb"/>
@@ -368,6 +369,38 @@ def test_missing_numbers_and_rows():
     lost = np.flatnonzero(np.isnan(current) | empty)
     np.testing.assert_allclose(run.signals["current"].values, np.delete(LOG.current, lost, axis=0), atol=1e-6)
     assert f"these {len(lost) - 1} rows are left out" in " ".join(run.warnings)
+
+
+@pytest.mark.parametrize(("measured", "silent"), [("i", "tau"), ("tau", "i")])
+def test_an_effort_of_zeros_beside_another_is_left_out(measured, silent):
+    values = {"i": LOG.current, "tau": LOG.torque}[measured]
+    named = columns(f"{measured}{{k}}", values) | columns(f"{silent}{{k}}", 0.0 * values)
+    write("log.csv", {"t": LOG.time, **columns("q{k}", LOG.position), **named})
+    run = imported("log.csv")
+    assert ({"torque", "current"} & set(run.signals)) == {"torque" if measured == "tau" else "current"}
+
+
+@pytest.mark.parametrize("options", [["--degrees"], ["--units", "position=deg", "time=ms"]])
+def test_units_that_are_stated_are_not_guessed(options):
+    proposal = init("log.csv", *options)
+    guess = next(guess for guess in proposal["guesses"] if guess["what"] == "unit of position")
+    assert (guess["value"], guess["why"], guess["probability"]) == ("deg", "as stated", 1.0)
+    assert main(shlex.split(proposal["then"])[1:]) == 0
+    require(read_recording("log.mcap"), current=LOG.current)
+
+
+def test_a_unit_of_no_signal_and_options_of_tables_are_refused(capsys):
+    error = refused(capsys, "init", "log.csv", "--robot", "arm.urdf", "--units", "temperature=K")
+    assert "the log has no temperature; it has position, current" in error
+    signals = {"position": Signal(LOG.time, LOG.position), "torque": Signal(LOG.time, LOG.torque)}
+    write_recording(Recording("run", LOG.model, signals), "run.mcap")
+    error = refused(capsys, "init", "run.mcap", "--robot", "arm.urdf", "--degrees")
+    assert "--degrees is for tables" in error
+
+
+def test_identify_reads_a_table_in_degrees():
+    write("log.csv", PLAIN | columns("q{k}", np.degrees(LOG.position)))
+    assert main(["identify", "log.csv", "--robot", "arm.urdf", "--degrees", "--as-recorded"]) == 0
 
 
 def test_columns_may_be_named(capsys):

@@ -115,8 +115,8 @@ def test_a_damaged_file_is_refused(tmp_path, name, in_process):
 
 
 def test_objects_in_a_numpy_file_are_not_run(tmp_path):
-    np.savez(tmp_path / "run.npz", t=np.array([print], dtype=object))
-    with pytest.raises(NotAFile, match="cannot be read as a NumPy file: Object arrays cannot be loaded"):
+    np.savez(tmp_path / "run.npz", t=np.array([print, print], dtype=object))
+    with pytest.raises(NotAFile, match=r"t holds Python objects, .* Save numbers: np.array\(t, float\)"):
         import_source(tmp_path / "run.npz", model())
 
 

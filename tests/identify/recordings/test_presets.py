@@ -163,6 +163,43 @@ def test_a_preset_has_scale_zero_and_unit_of_each_joint(tmp_path):
     )
 
 
+def test_a_preset_of_units_alone_applies_them_to_the_usual_columns(tmp_path):
+    path = table(tmp_path / "log.csv", "t,q1,q2,i1,i2,tau1,tau2", np.degrees(motion()), noise(), noise(2, 1))
+    (tmp_path / "preset.toml").write_text('[position]\nunit = "deg"\n[current]\nunit = "mA"\n')
+    [found] = import_source(path, model())
+    np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-12)
+    np.testing.assert_allclose(found.signals["current"].values, 1e-3 * noise(), atol=1e-12)
+    assert "torque" not in found.signals  # the preset states that efforts are currents
+
+
+def test_efforts_that_were_not_measured_are_left_out_beside_others(tmp_path):
+    path = table(tmp_path / "log.csv", "t,q1,q2,i1,i2,tau1,tau2", motion(), noise(), 0.0 * noise())
+    [found] = import_source(path, model())
+    assert "torque" not in found.signals
+    assert any(word.startswith("torque is left out: no effort was measured") for word in found.warnings)
+
+
+@pytest.mark.parametrize(
+    "names", ["effort1,effort2", "axis1_effort,axis2_effort", "joint1 effort,joint2 effort"]
+)
+@pytest.mark.parametrize("signal", ["torque", "current"])
+def test_the_option_says_what_columns_of_effort_are(tmp_path, names, signal):
+    path = table(tmp_path / "log.csv", f"t,q1,q2,{names}", motion(), noise())
+    [found] = import_source(path, model(), effort=signal)
+    assert np.array_equal(found.signals[signal].values, noise())
+    path = table(tmp_path / "log.csv", "t,q1,q2,tau1,tau2", motion(), noise())
+    with pytest.raises(RecordingError, match="no columns of effort, .* name those of current by --columns"):
+        import_source(path, model(), effort="current")
+
+
+@pytest.mark.parametrize("word", ["cmd", "target", "goal"])
+def test_words_for_commands_may_stand_before_the_joint(tmp_path, word):
+    names = [f"{prefix}_axis{k}" for prefix in ("q", "tau", word) for k in (1, 2)]
+    path = table(tmp_path / "log.csv", ",".join(["t", *names]), motion(), noise(), motion() + 0.1)
+    [found] = import_source(path, model())
+    np.testing.assert_allclose(found.signals["command"].values, motion() + 0.1)
+
+
 def limited(lower, upper):
     """The small arm with limits of its two joints."""
     arm = model()
@@ -203,7 +240,6 @@ def test_positions_in_per_cent_of_travel(tmp_path, stated):
         (("[1, -1]", "[1, -1, 1]"), WrongShape, "position: 3 values of sign for 2 joints"),
         (("T{number}", "Temp{number}"), WrongShape, "no column Temp1, Temp2 for temperature. Columns: Zeit"),
         (('"Zeit"', '"state"'), WrongShape, "line 2: 'run' in column 'state' is not a number"),
-        (('column = "Zeit"', ""), RobotError, r"preset.toml: \[time\]: key 'column' is missing"),
         (("[time]", "rate = 0.5\n[time]"), RobotError, "give it or .time., not both"),
         (("[time]", "[time"), RobotError, "preset.toml: not TOML"),
         (('"Zeit"', "3"), RobotError, r"\[time\] column: expected text in quotes or list; found 3"),

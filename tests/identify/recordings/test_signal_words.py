@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.plausible.column_names import signal_of
 from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.tables.column_names import signal_of
 from exidyn.identification.recordings.tables.name_index import UNITS_ONLY, WORDS
 
 from ...parts.small import two_joints

@@ -195,7 +195,7 @@ def test_names_of_groups_and_twins_are_not_guessed(tmp_path):
     assert np.array_equal(found.signals["position"].values, motion())
     arrays = {"arm/q": motion(), "arm/i": noise(), "ft/torque": noise(2, 1), "target/velocity": motion()}
     np.savez(tmp_path / "run.npz", time=TIME, **arrays)
-    assert set(run_of(tmp_path / "run.npz").signals) == {"position", "current"}
+    assert set(run_of(tmp_path / "run.npz").signals) == {"position", "current", "command_velocity"}
 
 
 def two_arms(path):

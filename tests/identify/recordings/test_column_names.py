@@ -2,7 +2,7 @@
 
 import pytest
 
-from exidyn.identification.plausible.column_names import families, joints_named, signal_of, unit_of
+from exidyn.identification.recordings.tables.column_names import families, joints_named, signal_of, unit_of
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,9 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ..recordings.recording import EFFORT
-from ..recordings.tables.columns import TIMES
-from ..recordings.tables.name_index import COMMANDED, OTHERS, WORDS, stated_unit
-from ..recordings.units import SPELLINGS
+from ..recording import EFFORT
+from ..units import SPELLINGS
+from .name_index import COMMANDED, OTHERS, TIMES, WORDS, stated_unit
 
 ACCELERATIONS = frozenset("ddq qdd qddot acc accel acceleration accelerations beschleunigung".split())
 MEASURED = frozenset("actual ist measured present".split())

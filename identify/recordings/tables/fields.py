@@ -1,0 +1,142 @@
+"""Rows of nested fields, such as JSON objects and messages of robots, as a table.
+
+A point joins a field to the field that contains it, and elements count from 1: `motor_state[0].q` becomes
+`motor_state.q1`. If the elements have names, as in a joint state, the names replace the numbers:
+`position_elbow`.
+"""
+
+import json
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import NotAFile
+from ..decompression_limits import largest_size, require_gzip, too_large
+from .cells import seconds_of
+from .name_index import names_joints
+from .table import Table, lines_of, refused_as
+
+SECONDS, NANOSECONDS = ("sec", "secs", "seconds"), ("nanosec", "nsec", "nsecs", "nanos", "nanoseconds")
+"""Names of the parts of a time stamp in ROS 1, ROS 2, Foxglove and protobuf."""
+NAMES = ("name", "names", "joint_names", "joints")
+"""Fields with the names of elements."""
+LONGEST = 200
+"""Maximum number of elements of a field; more of them are a picture or a cloud of points."""
+
+
+def read_json_lines(source: Path) -> list[Table]:
+    """Read one JSON object per line; numbers, lists and objects in it become columns."""
+    with refused_as(source, "JSON lines"):
+        if source.name.endswith(".gz"):
+            require_gzip(source)
+        return [table_of_rows(source, _objects(source))]
+
+
+def _objects(source: Path) -> Iterator[Any]:
+    """JSON objects of a file; a last line that a crashed recorder cut off is left out."""
+    damaged = 0
+    for line, text in lines_of(source):
+        if damaged:
+            raise NotAFile(f"{source} line {damaged}: not a JSON object")
+        if text.strip():
+            try:
+                row = json.loads(text)
+            except ValueError:
+                damaged = line
+                continue
+            damaged = 0 if isinstance(row, Mapping) else line
+            yield row
+
+
+def table_of_rows(source: Path, rows: Iterable[Any], **known: Any) -> Table:
+    """Table of rows of nested fields; a field that a row lacks is NaN. `known` are further attributes."""
+    columns: dict[str, array[float]] = {}
+    labels: dict[str, dict[str, int]] = {}
+    limit, count = largest_size(source), 0
+    for count, row in enumerate(rows, 1):
+        for name, value in fields_of(row):
+            if isinstance(value, str):
+                value = labels.setdefault(name, {}).setdefault(value, len(labels[name]) + 1)
+            column = columns.setdefault(name, array("d"))
+            column.extend([np.nan] * (count - len(column)))
+            column[-1] = value
+        if 8 * count * len(columns) > limit:
+            raise too_large(source)
+    for column in columns.values():
+        column.extend([np.nan] * (count - len(column)))
+    if not columns:
+        raise NotAFile(f"{source} holds no numbers")
+    joints = {name: list(texts) for name, texts in labels.items()}
+    return Table(list(columns), np.column_stack([*columns.values()]), labels=joints, **known)
+
+
+def fields_of(content: Any, name: str = "", labels: Sequence[str] = ()) -> Iterator[tuple[str, float | str]]:
+    """Names and values of all numbers in a field and the fields in it, and of texts that name a joint.
+
+    Args:
+        content: Number, text, sequence, mapping or message.
+        name: Name of the field.
+        labels: Names of the elements, if the field is a sequence.
+    """
+    if is_dataclass(content):
+        content = {field.name: getattr(content, field.name) for field in fields(content)}
+    if isinstance(content, Mapping):
+        if (stamp := stamp_of(content)) is not None:
+            yield name, 1e-9 * stamp
+            return
+        labels = next((list(content[key]) for key in NAMES if _is_texts(content.get(key))), [])
+        for key, item in content.items():
+            yield from fields_of(item, f"{name}.{key}" if name else str(key), labels)
+    elif isinstance(content, str):
+        if (seconds := seconds_of(content)) is not None:
+            yield name, seconds
+        elif names_joints(name):
+            yield name, content
+    elif isinstance(content, Sequence | np.ndarray):
+        yield from _elements(content, name, labels)
+    elif isinstance(content, int | float | np.number):
+        yield name, float(content)
+    elif content is None:
+        yield name, np.nan
+
+
+def _elements(
+    content: Sequence[Any] | np.ndarray, name: str, labels: Sequence[str]
+) -> Iterator[tuple[str, float | str]]:
+    """Names and values of the elements of a sequence, with their number or name behind that of the field."""
+    if len(content) > LONGEST or isinstance(content, bytes | bytearray):
+        return
+    numbers = [str(k) for k in range(1, len(content) + 1)]
+    for item, number, label in zip(content, numbers, _labels(content, labels) or numbers, strict=True):
+        between = "" if label == number else "_"
+        for inner, value in fields_of(item):
+            place = ".".join(filter(None, (name, inner)))
+            yield f"{place}{'_' if place[-1:].isdigit() else between}{label}", value
+
+
+def _labels(content: Sequence[Any] | np.ndarray, labels: Sequence[str]) -> Sequence[str]:
+    """Names of the elements: stated beside them or in each of them; empty if there are none."""
+    if len(labels) == len(content):
+        return labels
+    inside = [
+        next((item[key] for key in NAMES if isinstance(item.get(key), str)), "")
+        for item in content
+        if isinstance(item, Mapping)
+    ]
+    return inside if len(set(inside) - {""}) == len(content) else ()
+
+
+def _is_texts(value: Any) -> bool:
+    return isinstance(value, list | tuple) and bool(value) and all(isinstance(item, str) for item in value)
+
+
+def stamp_of(content: Mapping[str, Any]) -> int | None:
+    """Time [ns] of a mapping with whole seconds and nanoseconds; None for other mappings."""
+    parts = [next((content[key] for key in keys if key in content), None) for keys in (SECONDS, NANOSECONDS)]
+    if not all(isinstance(part, int) for part in parts):
+        return None
+    return int(parts[0]) * 1_000_000_000 + int(parts[1])  # type: ignore[arg-type]
