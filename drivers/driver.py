@@ -73,32 +73,24 @@ class Arm:
 
 @dataclass(frozen=True)
 class Info:
-    """Metadata of a driver once it is open.
+    """Metadata of a driver once it is open."""
 
-    Attributes:
-        cycle: Time between exchanges [s].
-        clock: Which clock sets the cycle: "host" or "controller".
-        signals: Measured signals: some of position, velocity, current, torque, temperature.
-        dead_man: How the device stops by itself when the host falls silent; empty if this is not verified.
-        window_lower: Most negative position command that the controller allows, relative to the position at
-            opening, shape (n,) [rad]; None without such a window.
-        window_upper: Most positive position command, relative to the same position, shape (n,) [rad].
-        settings: Facts that explain the measurements later: scales, units, serial numbers, versions.
-        warnings: Warnings, a sentence each.
-        listens: Whether the driver takes no commands because something else moves the arm.
-        state: Parts of the controller's state in each sample, such as a safety mode: name -> meaning of its
-            codes; an empty mapping for a plain number.
-    """
-
-    cycle: float
-    clock: str
-    signals: tuple[str, ...]
+    cycle: float  # time between exchanges [s]
+    clock: str  # which clock sets the cycle: "host" or "controller"
+    signals: tuple[str, ...]  # measured signals: some of position, velocity, current, torque, temperature
+    # How the device stops by itself when the host falls silent; empty if this is not verified.
     dead_man: str = ""
+    # Most negative position command that the controller allows, relative to the position at opening, shape
+    # (n,) [rad]; None without such a window.
     window_lower: np.ndarray | None = None
+    # Most positive position command, relative to the same position, shape (n,) [rad].
     window_upper: np.ndarray | None = None
+    # Facts that explain the measurements later: scales, units, serial numbers, versions.
     settings: Mapping[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    listens: bool = False
+    warnings: tuple[str, ...] = ()  # warnings, a sentence each
+    listens: bool = False  # whether the driver takes no commands because something else moves the arm
+    # Parts of the controller's state in each sample, such as a safety mode: name -> meaning of its codes; an
+    # empty mapping for a plain number.
     state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
 

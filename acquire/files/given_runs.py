@@ -75,14 +75,10 @@ def read_arm(source: str) -> Model:
 
 @dataclass
 class PayloadRun:
-    """One --payload and the numbers that follow it.
+    """One --payload and the numbers that follow it."""
 
-    Attributes:
-        path: Path of the run.
-        numbers: Keyword arguments of `known_parameters`: "mass" [kg], "com" [m], "inertia" [kg m^2].
-    """
-
-    path: Path
+    path: Path  # path of the run
+    # Keyword arguments of `known_parameters`: "mass" [kg], "com" [m], "inertia" [kg m^2].
     numbers: dict[str, Any] = field(default_factory=dict)
 
     def known(self) -> tuple[tuple[str, float], ...]:

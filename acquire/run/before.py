@@ -113,20 +113,15 @@ def _finite_limits(robot: Robot, motion: Trajectory) -> Limits:
 
 @dataclass(frozen=True)
 class StartRules:
-    """How the arm may move to the start of the motion.
+    """How the arm may move to the start of the motion."""
 
-    Attributes:
-        tolerance: Maximum distance of a joint from the start without `approach` [rad] or [m]: half a degree.
-        approach: Whether the arm may start further away.
-        speed: Share of the limits used on the approach [-]: slow enough to reach the emergency stop.
-        clearances: Obstacles and regions to respect on the approach.
-        advice: Advice if the arm is too far away.
-    """
-
+    # Maximum distance of a joint from the start without `approach` [rad] or [m]: half a degree.
     tolerance: float = 0.0087
-    approach: bool = False
+    approach: bool = False  # whether the arm may start further away
+    # Share of the limits used on the approach [-]: slow enough to reach the emergency stop.
     speed: float = 0.2
-    clearances: Sequence[Clearance] = ()
+    clearances: Sequence[Clearance] = ()  # obstacles and regions to respect on the approach
+    # Advice if the arm is too far away.
     advice: str = "Move it there, or let it go there slowly with --approach"
 
 

@@ -51,15 +51,11 @@ class ExpectedParameter:
 
 @dataclass(frozen=True)
 class ExpectedFit:
-    """How well planned motions determine the parameters of an arm.
+    """How well planned motions determine the parameters of an arm."""
 
-    Attributes:
-        parameters: Base parameters that are not zero in the simulated arm, and estimated drive gains.
-        condition: Condition number of the weighted regressor with unit columns [-].
-    """
-
+    # Base parameters that are not zero in the simulated arm, and estimated drive gains.
     parameters: tuple[ExpectedParameter, ...]
-    condition: float
+    condition: float  # condition number of the weighted regressor with unit columns [-]
 
     @property
     def open(self) -> list[ExpectedParameter]:

@@ -58,17 +58,13 @@ def require_free(path: Path) -> None:
 
 @dataclass(frozen=True)
 class RunHead(Head):
-    """The first frame of a run: the head of its recording, and how to read its samples.
-
-    Attributes:
-        signals: Measured signals: some of position, velocity, current, torque and temperature.
-        zero: Controller's clock at the first sample [ns from its own zero].
-        state: Names of the controller's own state in each cycle, and the meaning of its codes, as in `Info`.
-    """
+    """The first frame of a run: the head of its recording, and how to read its samples."""
 
     host_clock: bool = True
+    # Measured signals: some of position, velocity, current, torque and temperature.
     signals: tuple[str, ...] = ()
-    zero: int = 0
+    zero: int = 0  # controller's clock at the first sample [ns from its own zero]
+    # Names of the controller's own state in each cycle, and the meaning of its codes, as in `Info`.
     state: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
     def frame(self) -> bytes:

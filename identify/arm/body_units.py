@@ -46,15 +46,10 @@ class Body(NamedTuple):
 
 
 class BodyUnits(NamedTuple):
-    """Findings about the described bodies.
+    """Findings about the described bodies."""
 
-    Attributes:
-        informative: Whether masses and inertias are plausible, so that they say something about the arm.
-        doubts: Implausible values, one sentence each.
-    """
-
-    informative: bool
-    doubts: tuple[str, ...]
+    informative: bool  # whether masses and inertias are plausible, so that they say something about the arm
+    doubts: tuple[str, ...]  # implausible values, one sentence each
 
 
 def body_units(kinematics: pin.Model) -> BodyUnits:

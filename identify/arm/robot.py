@@ -67,60 +67,46 @@ class Limits:
 
 @dataclass(frozen=True)
 class PositionServo:
-    """Position servos: torque is the drive gain times gain times position error, up to a limit.
+    """Position servos: torque is the drive gain times gain times position error, up to a limit."""
 
-    Attributes:
-        gain: Factor of the position error before the drive gain, such as a register, shape (n,) [-].
-        limit: Position error times `gain` at which the torque saturates, shape (n,) [rad]; infinite if not
-            stated.
-    """
-
-    gain: np.ndarray
+    gain: np.ndarray  # factor of the position error before the drive gain, such as a register, shape (n,) [-]
+    # Position error times `gain` at which the torque saturates, shape (n,) [rad]; infinite if not stated.
     limit: np.ndarray
 
 
 @dataclass(frozen=True)
 class Robot:
-    """One arm with its nominal parameters.
+    """One arm with its nominal parameters."""
 
-    Attributes:
-        name: Name of the robot.
-        kinematics: Pinocchio model with one degree of freedom per joint and the nominal inertias.
-        limits: Joint limits.
-        drive_gain: Joint torque per motor current, signed, shape (n,) [N m/A].
-        drive_gain_tolerance: Relative standard deviation of each drive gain, shape (n,) [-]; a single number
-            applies to all.
-        drive_gain_bounded: Whether true gains are certainly within sqrt(3) of these standard deviations.
-        inertial_tolerance: Relative standard deviation of the nominal inertias [-].
-        inertias_by_gain: Whether nominal inertias were identified from currents with the nominal gains, so
-            that both have the same relative error.
-        inertias_stated: Whether the robot file states the tolerance of the inertias; a bare URDF does not.
-        gear_ratio: Motor turns per joint turn, shape (n,) [-].
-        direct_drive: Names of joints whose motor has no gear, and so no elasticity or play.
-        passive: Names of joints without a motor: their torque is zero, regardless of measurements.
-        servo: Control law of position servos, used to read a log without current; None for other drives.
-        coupling: Matrix of the paper's (22) with unit diagonal: motor velocity over gear ratio =
-            coupling @ joint velocity, shape (n, n) [-].
-        flange: Placement of the flange in the frame of the last link; the frame of payloads.
-        held: Other joints of the described arm that are held away from their reference, and their positions.
-            The simulation of its MJCF holds them there too.
-    """
-
-    name: str
-    kinematics: pin.Model
-    limits: Limits = field(default_factory=lambda: Limits.none(0))
+    name: str  # name of the robot
+    kinematics: pin.Model  # pinocchio model with one degree of freedom per joint and the nominal inertias
+    limits: Limits = field(default_factory=lambda: Limits.none(0))  # joint limits
+    # Joint torque per motor current, signed, shape (n,) [N m/A].
     drive_gain: np.ndarray = field(default_factory=_not_given)
+    # Relative standard deviation of each drive gain, shape (n,) [-]; a single number applies to all.
     drive_gain_tolerance: np.ndarray = field(default_factory=lambda: np.array(0.1))
+    # Whether true gains are certainly within sqrt(3) of these standard deviations.
     drive_gain_bounded: bool = False
-    inertial_tolerance: float = 0.1
+    inertial_tolerance: float = 0.1  # relative standard deviation of the nominal inertias [-]
+    # Whether nominal inertias were identified from currents with the nominal gains, so that both have the
+    # same relative error.
     inertias_by_gain: bool = False
+    # Whether the robot file states the tolerance of the inertias; a bare URDF does not.
     inertias_stated: bool = True
-    gear_ratio: np.ndarray = field(default_factory=_not_given)
+    gear_ratio: np.ndarray = field(default_factory=_not_given)  # motor turns per joint turn, shape (n,) [-]
+    # Names of joints whose motor has no gear, and so no elasticity or play.
     direct_drive: tuple[str, ...] = ()
+    # Names of joints without a motor: their torque is zero, regardless of measurements.
     passive: tuple[str, ...] = ()
+    # Control law of position servos, used to read a log without current; None for other drives.
     servo: PositionServo | None = None
+    # Matrix of the paper's (22) with unit diagonal: motor velocity over gear ratio = coupling @ joint
+    # velocity, shape (n, n) [-].
     coupling: np.ndarray = field(default_factory=_not_given)
+    # Placement of the flange in the frame of the last link; the frame of payloads.
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    # Other joints of the described arm that are held away from their reference, and their positions. The
+    # simulation of its MJCF holds them there too.
     held: Held = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -13,25 +13,15 @@ from .wrench import flange_wrenches
 
 @dataclass(frozen=True, eq=False)
 class Alarm:
-    """One contact: exceedances that are less than a block of the threshold apart.
+    """One contact: exceedances that are less than a block of the threshold apart."""
 
-    Attributes:
-        start: Time of the first exceedance [s].
-        end: Time of the last exceedance [s].
-        joint: Index of the joint that exceeded its threshold the most, from 0.
-        torque: External torques at the highest score, shape (n,) [N m].
-        position: Joint positions there, shape (n,) [rad].
-        scale: Standard deviations of the torques without contact there, shape (n,) [N m].
-        score: Highest score, over the level of the threshold [-].
-    """
-
-    start: float
-    end: float
-    joint: int
-    torque: np.ndarray
-    position: np.ndarray
-    scale: np.ndarray
-    score: float
+    start: float  # time of the first exceedance [s]
+    end: float  # time of the last exceedance [s]
+    joint: int  # index of the joint that exceeded its threshold the most, from 0
+    torque: np.ndarray  # external torques at the highest score, shape (n,) [N m]
+    position: np.ndarray  # joint positions there, shape (n,) [rad]
+    scale: np.ndarray  # standard deviations of the torques without contact there, shape (n,) [N m]
+    score: float  # highest score, over the level of the threshold [-]
 
     def wrench(self, robot: Robot) -> np.ndarray:
         """Force and moment on the flange at the highest score, in the axes of the base, (6,) [N, N m]."""

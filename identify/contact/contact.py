@@ -23,23 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """External torques along a run, and what they say about contact.
+    """External torques along a run, and what they say about contact."""
 
-    Attributes:
-        fit: The fit.
-        run: Name of the run.
-        estimates: External torques.
-        wrench: Force and moment on the flange in the axes of the base, shape (t, 6) [N, N m].
-        threshold: Threshold of contact; None without runs from which it could be computed.
-        alarms: Contacts; empty without a threshold.
-    """
-
-    fit: Fit
-    run: str
-    estimates: Estimates
-    wrench: np.ndarray
-    threshold: Threshold | None
-    alarms: tuple[Alarm, ...]
+    fit: Fit  # the fit
+    run: str  # name of the run
+    estimates: Estimates  # external torques
+    wrench: np.ndarray  # force and moment on the flange in the axes of the base, shape (t, 6) [N, N m]
+    threshold: Threshold | None  # threshold of contact; None without runs from which it could be computed
+    alarms: tuple[Alarm, ...]  # contacts; empty without a threshold
 
     if TYPE_CHECKING:  # `exidyn.api` binds this function of the layer above
 

@@ -11,14 +11,10 @@ INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 
 
 class Language(NamedTuple):
-    """How a language writes operations.
+    """How a language writes operations."""
 
-    Attributes:
-        functions: Operation -> name of its function, for all that are not infix.
-        assign: Function of a variable and an expression that returns the line of an assignment.
-    """
-
-    functions: dict[str, str]
+    functions: dict[str, str]  # operation -> name of its function, for all that are not infix
+    # Function of a variable and an expression that returns the line of an assignment.
     assign: Callable[[str, str], str]
 
 

@@ -47,19 +47,12 @@ class MotionGradient:
 
 
 class Parameter(NamedTuple):
-    """One linear parameter.
+    """One linear parameter."""
 
-    Attributes:
-        name: Name that is unique within a model, in the usual notation, such as "ZZ1" or "Fv3".
-        unit: SI unit.
-        minimum: Smallest value that is physically possible.
-        regroup: Rank in the selection of base parameters; high ranks are regrouped into low ones.
-    """
-
-    name: str
-    unit: str
-    minimum: float = -np.inf
-    regroup: int = 1
+    name: str  # name that is unique within a model, in the usual notation, such as "ZZ1" or "Fv3"
+    unit: str  # SI unit
+    minimum: float = -np.inf  # smallest value that is physically possible
+    regroup: int = 1  # rank in the selection of base parameters; high ranks are regrouped into low ones
 
 
 class Prior(NamedTuple):
@@ -85,36 +78,29 @@ def shape(default: float | None, unit: str, low: float, high: float) -> Any:
 
 @dataclass(frozen=True)
 class Effect(ABC):
-    """One physical effect; a model is a sum of effects.
+    """One physical effect; a model is a sum of effects."""
 
-    Attributes:
-        transmitted: Whether the gear transmits the torque (inertia, gravity, springs on the link), which then
-            loads its friction; friction itself and the rotor are not transmitted.
-        needs_load: Whether the columns depend on `Motion.load`.
-        needs_temperature: Whether the columns depend on `Motion.temperature`.
-        smooth: Whether the torque is a product of sines and powers of the motion, and so as smooth as the
-            motion; friction that reverses within milliseconds is not.
-        pointwise: Whether the torque at a sample depends only on that sample.
-        linear: Whether the columns are only a constant plus multiples of velocity and acceleration, so that
-            a simulation needs to compute them only once.
-        massless: Whether the torque is independent of acceleration, so that a simulation needs no inertia.
-        guessed: Whether nominal values are only guesses, as for friction and offsets; they are then fitted
-            even where all other parameters are nominal.
-        of_links: Whether the parameters are the inertial parameters of the robot's links, which are part of
-            the robot description.
-        greased: Whether it is friction of grease, which changes with temperature.
-    """
-
+    # Whether the gear transmits the torque (inertia, gravity, springs on the link), which then loads its
+    # friction; friction itself and the rotor are not transmitted.
     transmitted: ClassVar[bool] = False
-    needs_load: ClassVar[bool] = False
-    needs_temperature: ClassVar[bool] = False
+    needs_load: ClassVar[bool] = False  # whether the columns depend on `Motion.load`
+    needs_temperature: ClassVar[bool] = False  # whether the columns depend on `Motion.temperature`
+    # Whether the torque is a product of sines and powers of the motion, and so as smooth as the motion;
+    # friction that reverses within milliseconds is not.
     smooth: ClassVar[bool] = False
-    pointwise: ClassVar[bool] = True
+    pointwise: ClassVar[bool] = True  # whether the torque at a sample depends only on that sample
+    # Whether the columns are only a constant plus multiples of velocity and acceleration, so that a
+    # simulation needs to compute them only once.
     linear: ClassVar[bool] = False
+    # Whether the torque is independent of acceleration, so that a simulation needs no inertia.
     massless: ClassVar[bool] = False
+    # Whether nominal values are only guesses, as for friction and offsets; they are then fitted even where
+    # all other parameters are nominal.
     guessed: ClassVar[bool] = False
+    # Whether the parameters are the inertial parameters of the robot's links, which are part of the robot
+    # description.
     of_links: ClassVar[bool] = False
-    greased: ClassVar[bool] = False
+    greased: ClassVar[bool] = False  # whether it is friction of grease, which changes with temperature
 
     @property
     def payload(self) -> str:
@@ -240,20 +226,16 @@ def differences(
 
 @dataclass(frozen=True)
 class JointEffect(Effect):
-    """An effect that acts on single joints, each with its own parameters.
+    """An effect that acts on single joints, each with its own parameters."""
 
-    Attributes:
-        joints: Names of the joints on which it acts; None for all.
-        dry: Whether each parameter is the dry friction of a joint [N m], which changes its sign at rest.
-        moved_by: Parts of the motion (position, velocity, acceleration) on which the columns depend.
-        coefficients: Letters, unit and minimum of each parameter of a joint, as `on_each` takes them.
-    """
-
-    joints: tuple[str, ...] | None = None
+    joints: tuple[str, ...] | None = None  # names of the joints on which it acts; None for all
 
     massless: ClassVar[bool] = True
+    # Whether each parameter is the dry friction of a joint [N m], which changes its sign at rest.
     dry: ClassVar[bool] = False
+    # Parts of the motion (position, velocity, acceleration) on which the columns depend.
     moved_by: ClassVar[tuple[str, ...]] = MOVED_BY
+    # Letters, unit and minimum of each parameter of a joint, as `on_each` takes them.
     coefficients: ClassVar[tuple[tuple[Any, ...], ...]] = ()
 
     def parameters(self, robot: Robot) -> list[Parameter]:

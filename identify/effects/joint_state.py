@@ -8,21 +8,13 @@ Scalar = Any
 
 
 class JointState(NamedTuple):
-    """State of n joints, each field a sequence of n scalars.
+    """State of n joints, each field a sequence of n scalars."""
 
-    Attributes:
-        position: Joint position [rad], or [m] for prismatic joints.
-        velocity: Joint velocity [rad/s].
-        acceleration: Joint acceleration [rad/s^2].
-        load: Nominal torque that the gear transmits to the link [N m].
-        temperature: Temperature [degC].
-    """
-
-    position: Sequence[Scalar]
-    velocity: Sequence[Scalar]
-    acceleration: Sequence[Scalar]
-    load: Sequence[Scalar]
-    temperature: Sequence[Scalar]
+    position: Sequence[Scalar]  # joint position [rad], or [m] for prismatic joints
+    velocity: Sequence[Scalar]  # joint velocity [rad/s]
+    acceleration: Sequence[Scalar]  # joint acceleration [rad/s^2]
+    load: Sequence[Scalar]  # nominal torque that the gear transmits to the link [N m]
+    temperature: Sequence[Scalar]  # temperature [degC]
 
     @property
     def still(self) -> "JointState":

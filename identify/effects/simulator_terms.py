@@ -8,23 +8,14 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class JointTerms:
-    """Torque terms of each joint in addition to its bodies, each of shape (n,).
+    """Torque terms of each joint in addition to its bodies, each of shape (n,)."""
 
-    Attributes:
-        armature: Inertia of rotor and gear [kg m^2].
-        damping: Torque per velocity [N m s/rad].
-        dry: Dry friction torque [N m].
-        reversal: Velocity over which dry friction changes its sign, by tanh [rad/s].
-        stiffness: Torque per position [N m/rad].
-        constant: Torque at position zero [N m].
-    """
-
-    armature: np.ndarray
-    damping: np.ndarray
-    dry: np.ndarray
-    reversal: np.ndarray
-    stiffness: np.ndarray
-    constant: np.ndarray
+    armature: np.ndarray  # inertia of rotor and gear [kg m^2]
+    damping: np.ndarray  # torque per velocity [N m s/rad]
+    dry: np.ndarray  # dry friction torque [N m]
+    reversal: np.ndarray  # velocity over which dry friction changes its sign, by tanh [rad/s]
+    stiffness: np.ndarray  # torque per position [N m/rad]
+    constant: np.ndarray  # torque at position zero [N m]
 
     @classmethod
     def of(cls, joints: int, **terms: np.ndarray) -> "JointTerms":
@@ -39,20 +30,11 @@ class JointTerms:
 
 
 class Spring(NamedTuple):
-    """A spring from a point beside a joint's axis to a point of the link that the joint moves.
+    """A spring from a point beside a joint's axis to a point of the link that the joint moves."""
 
-    Attributes:
-        joint: Name of the joint.
-        d21: Distance of the fixed end from the axis [m].
-        d22: Distance of the moving end from the axis [m].
-        phi: Angle between the two at joint position zero, zero where the spring is longest [rad].
-        stiffness: Stiffness [N/m].
-        preload: Preload [N].
-    """
-
-    joint: str
-    d21: float
-    d22: float
-    phi: float
-    stiffness: float
-    preload: float
+    joint: str  # name of the joint
+    d21: float  # distance of the fixed end from the axis [m]
+    d22: float  # distance of the moving end from the axis [m]
+    phi: float  # angle between the two at joint position zero, zero where the spring is longest [rad]
+    stiffness: float  # stiffness [N/m]
+    preload: float  # preload [N]

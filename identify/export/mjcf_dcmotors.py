@@ -39,21 +39,13 @@ EXPONENT = 2.0
 
 @dataclass
 class Plan:
-    """A motor of the file, its new numbers, and the part of the model that others have to represent.
+    """A motor of the file, its new numbers, and the part of the model that others have to represent."""
 
-    Attributes:
-        place: Index of the joint in the robot.
-        old: Motor in the file.
-        new: Motor with the identified numbers.
-        unwritten: Model without what motors represent: such joint terms are those of the file.
-        halves: Field of the motor -> half of its 95 % interval.
-    """
-
-    place: int
-    old: DcMotor
-    new: DcMotor
-    unwritten: Portable
-    halves: dict[str, float] = field(default_factory=dict)
+    place: int  # index of the joint in the robot
+    old: DcMotor  # motor in the file
+    new: DcMotor  # motor with the identified numbers
+    unwritten: Portable  # model without what motors represent: such joint terms are those of the file
+    halves: dict[str, float] = field(default_factory=dict)  # field of the motor -> half of its 95 % interval
 
 
 def write_motors(

@@ -38,29 +38,19 @@ identified, for instance because it is warmer, before compensation drives it [-]
 
 @dataclass(frozen=True, eq=False)
 class Feedforward:
-    """Torque ahead of a controller, from the parameters of a fit.
+    """Torque ahead of a controller, from the parameters of a fit."""
 
-    Attributes:
-        dynamics: Links and effects at the values of the fit.
-        unit: Unit of the torque of revolute joints: "N m", or "A" if drive gains are unknown.
-        gain: Joint torque per motor current, shape (n,) [N m/A]; None if they are not known, or not needed.
-        servo: Law of the joints' position servos; None if there are none.
-        band: Speed below which friction is not compensated, shape (n,) [rad/s].
-        share: Share of the friction that is compensated [-].
-        remarks: What the fit contains and this does not, and what it assumes, one sentence each.
-        source: Names of the runs of the fit.
-        payload: Name of the payload that is included; empty for none.
-    """
-
-    dynamics: Dynamics
-    unit: str
+    dynamics: Dynamics  # links and effects at the values of the fit
+    unit: str  # unit of the torque of revolute joints: "N m", or "A" if drive gains are unknown
+    # Joint torque per motor current, shape (n,) [N m/A]; None if they are not known, or not needed.
     gain: np.ndarray | None
-    servo: ServoLaw | None
-    band: np.ndarray
-    share: float
+    servo: ServoLaw | None  # law of the joints' position servos; None if there are none
+    band: np.ndarray  # speed below which friction is not compensated, shape (n,) [rad/s]
+    share: float  # share of the friction that is compensated [-]
+    # What the fit contains and this does not, and what it assumes, one sentence each.
     remarks: tuple[str, ...]
-    source: tuple[str, ...]
-    payload: str = ""
+    source: tuple[str, ...]  # names of the runs of the fit
+    payload: str = ""  # name of the payload that is included; empty for none
 
     if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
 

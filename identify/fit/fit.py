@@ -49,71 +49,52 @@ class Unclear:
 
 @dataclass(frozen=True, eq=False)
 class Fit(InNotebook):
-    """Base parameters and drive gains of a model.
+    """Base parameters and drive gains of a model."""
 
-    Attributes:
-        model: Robot and effects, including the payloads of the runs.
-        base: Base parameters, without those that were dropped.
-        estimate: Values, gains and covariance.
-        runs: Names of the runs used.
-        filtering: Filter settings of the fit, including those chosen automatically.
-        condition: Condition number of the regressor with weighted rows and unit columns [-].
-        rows: Number of equations used: decimated samples in which a joint slides, summed over joints.
-        prior: Nominal base values, shape (b,), and their standard deviations, shape (b,).
-        dropped: Base parameters that the data do not support -> estimate before they were dropped.
-        unclear: Base parameters with a large relative uncertainty, and what would determine them.
-        agreement: Comparison with each run used.
-        validation: Comparison with each held-out run.
-        warnings: Sentences about recordings and fit that the user should read.
-        suspicions: Sentences about likely mistakes in the recordings.
-        structure: Base parameters including the dropped ones; None if none was dropped.
-        full_estimate: Estimate of all parameters of `structure`, before any was dropped; None if none was
-            dropped.
-        measures: Quantity that was recorded in the runs used, "current" or "torque".
-        scores: Residuals of each run, for a fit that was read from a file and has no samples.
-        noise: Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all
-            predicted runs are compared.
-        noise_source: How the noise floor was determined; see `Prepared`.
-        carried: Run used -> name of its payload.
-        simulations: Names of the runs used that were simulated.
-        apart: Predicted runs that do not count as validation: simulations, jogs, unknown payloads.
-        standstill: Speed below which each joint counted as standing still, the largest of all runs used,
-            shape (n,) [rad/s]; friction below it is not identified.
-        edits: Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
-        exported: Base values of the exported model, the nearest physically consistent ones, shape (b,);
-            None if there are none.
-        gear_friction_bias: Bias of the values, before any was dropped, then of the gains, per friction over
-            transmitted torque of each joint, shape (b + n, n); None if the model has that friction.
-        repeatability: Agreement of the parameters between runs; None if it was not asked for.
-    """
-
-    model: Model
-    base: BaseParameters
-    estimate: Estimate
-    runs: tuple[str, ...]
-    filtering: Filtering
-    condition: float
-    rows: int
+    model: Model  # robot and effects, including the payloads of the runs
+    base: BaseParameters  # base parameters, without those that were dropped
+    estimate: Estimate  # values, gains and covariance
+    runs: tuple[str, ...]  # names of the runs used
+    filtering: Filtering  # filter settings of the fit, including those chosen automatically
+    condition: float  # condition number of the regressor with weighted rows and unit columns [-]
+    rows: int  # number of equations used: decimated samples in which a joint slides, summed over joints
+    # Nominal base values, shape (b,), and their standard deviations, shape (b,).
     prior: tuple[np.ndarray, np.ndarray]
+    # Noise floor of the filtered currents or torques, shape (n,) [A] or [N m], with which all predicted runs
+    # are compared.
     noise: np.ndarray
-    noise_source: str
+    noise_source: str  # how the noise floor was determined; see `Prepared`
+    # Speed below which each joint counted as standing still, the largest of all runs used, shape (n,)
+    # [rad/s]; friction below it is not identified.
     standstill: np.ndarray
+    # Base parameters that the data do not support -> estimate before they were dropped.
     dropped: dict[str, float] = field(default_factory=dict)
+    # Base parameters with a large relative uncertainty, and what would determine them.
     unclear: tuple[Unclear, ...] = ()
-    agreement: tuple[Agreement, ...] = ()
-    validation: tuple[Agreement, ...] = ()
-    warnings: tuple[str, ...] = ()
-    suspicions: tuple[str, ...] = ()
+    agreement: tuple[Agreement, ...] = ()  # comparison with each run used
+    validation: tuple[Agreement, ...] = ()  # comparison with each held-out run
+    warnings: tuple[str, ...] = ()  # sentences about recordings and fit that the user should read
+    suspicions: tuple[str, ...] = ()  # sentences about likely mistakes in the recordings
+    # Base parameters including the dropped ones; None if none was dropped.
     structure: BaseParameters | None = None
+    # Estimate of all parameters of `structure`, before any was dropped; None if none was dropped.
     full_estimate: Estimate | None = None
-    measures: str = "torque"
+    measures: str = "torque"  # quantity that was recorded in the runs used, "current" or "torque"
+    # Residuals of each run, for a fit that was read from a file and has no samples.
     scores: tuple[Scores, ...] = ()
-    carried: Mapping[str, str] = field(default_factory=dict)
-    simulations: tuple[str, ...] = ()
+    carried: Mapping[str, str] = field(default_factory=dict)  # run used -> name of its payload
+    simulations: tuple[str, ...] = ()  # names of the runs used that were simulated
+    # Predicted runs that do not count as validation: simulations, jogs, unknown payloads.
     apart: tuple[Agreement, ...] = ()
+    # Base values of the exported model, the nearest physically consistent ones, shape (b,); None if there are
+    # none.
     exported: np.ndarray | None = None
+    # Held-out run -> its payload, "" for none, if no run of the fit carries that payload.
     edits: Mapping[str, str] = field(default_factory=dict)
+    # Bias of the values, before any was dropped, then of the gains, per friction over transmitted torque of
+    # each joint, shape (b + n, n); None if the model has that friction.
     gear_friction_bias: np.ndarray | None = None
+    # Agreement of the parameters between runs; None if it was not asked for.
     repeatability: Repeatability | None = None
 
     if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above

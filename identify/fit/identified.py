@@ -48,15 +48,11 @@ SAME = 1e-9
 
 
 class Standard(NamedTuple):
-    """Standard parameters of a fit.
+    """Standard parameters of a fit."""
 
-    Attributes:
-        values: Physically consistent values, shape (p,).
-        covariance: Covariance given data and nominal values, shape (p, p); a variance is infinite if neither
-            determines the parameter.
-    """
-
-    values: np.ndarray
+    values: np.ndarray  # physically consistent values, shape (p,)
+    # Covariance given data and nominal values, shape (p, p); a variance is infinite if neither determines the
+    # parameter.
     covariance: np.ndarray
 
 

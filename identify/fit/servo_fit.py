@@ -56,25 +56,18 @@ TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, POSITION, ONE = range(6)
 
 @dataclass(frozen=True, eq=False)
 class ServoFit:
-    """The law of position servos, identified from runs.
+    """The law of position servos, identified from runs."""
 
-    Attributes:
-        law: The law, with infinite limits where no sample is saturated.
-        std: Standard deviations of the numbers of the law; infinite for limits that are not reached.
-        period: Longest sampling period of the runs [s].
-        residual: Rms of the position error that the law does not explain, shape (n,) [rad].
-        doubtful: Joints whose gains are not determined for another reason, shape (n,); empty: none.
-        simulated: Joints whose gains come from simulations, shape (n,); empty: none.
-        measured: Whether the torque was measured; otherwise it is that of a model's bodies, and damping
-            includes viscous friction.
-    """
-
-    law: ServoLaw
-    std: ServoLaw
-    period: float
-    residual: np.ndarray
+    law: ServoLaw  # the law, with infinite limits where no sample is saturated
+    std: ServoLaw  # standard deviations of the numbers of the law; infinite for limits that are not reached
+    period: float  # longest sampling period of the runs [s]
+    residual: np.ndarray  # rms of the position error that the law does not explain, shape (n,) [rad]
+    # Whether the torque was measured; otherwise it is that of a model's bodies, and damping includes viscous
+    # friction.
     measured: bool
+    # Joints whose gains are not determined for another reason, shape (n,); empty: none.
     doubtful: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    # Joints whose gains come from simulations, shape (n,); empty: none.
     simulated: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
 

@@ -22,13 +22,9 @@ class Spring(NamedTuple):
 
 @dataclass(frozen=True)
 class Gear(Measurement, ABC):
-    """A gear that twists under load, while the position is measured at the motor.
+    """A gear that twists under load, while the position is measured at the motor."""
 
-    Attributes:
-        joint: Name of the joint.
-    """
-
-    joint: str
+    joint: str  # name of the joint
 
     @abstractmethod
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:

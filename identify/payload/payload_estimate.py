@@ -29,47 +29,28 @@ INERTIA_NAMES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PayloadEstimate(InNotebook):
-    """A payload identified from runs.
+    """A payload identified from runs."""
 
-    Attributes:
-        robot: Name of the arm.
-        joints: Names of its joints.
-        body: The payload; physically consistent.
-        intervals: 95 % intervals.
-        certain: 95 % intervals if arm and gains were known exactly: what the motion alone determines.
-        estimate: Ten parameters about the flange before consistency, in `INERTIAL` order, shape (10,).
-        covariance: Covariance of the estimate, shape (10, 10).
-        source: What is known of the arm: "fit", "difference" or "description".
-        nominal_gains: Whether drive gains are nominal; False if they were estimated, or torque was recorded.
-        runs: Names of the runs with the payload.
-        empty: Names of the runs without it.
-        seconds: Duration of the runs with the payload [s].
-        noise: Residual of each joint, shape (n,) [N m].
-        gain_error: Relative change of each drive gain from the assumed one, shape (n,) [-].
-        gain_std: Its standard deviation, shape (n,) [-]; zero if torque was recorded.
-        check: Check in poses that were not used.
-        distance: Distance of the consistent body from the estimate, in standard deviations (chi).
-        warnings: Sentences to read.
-    """
-
-    robot: str
-    joints: tuple[str, ...]
-    body: Body
-    intervals: Intervals
-    certain: Intervals
+    robot: str  # name of the arm
+    joints: tuple[str, ...]  # names of its joints
+    body: Body  # the payload; physically consistent
+    intervals: Intervals  # 95 % intervals
+    certain: Intervals  # 95 % intervals if arm and gains were known exactly: what the motion alone determines
+    # Ten parameters about the flange before consistency, in `INERTIAL` order, shape (10,).
     estimate: np.ndarray
-    covariance: np.ndarray
-    source: str
+    covariance: np.ndarray  # covariance of the estimate, shape (10, 10)
+    source: str  # what is known of the arm: "fit", "difference" or "description"
+    # Whether drive gains are nominal; False if they were estimated, or torque was recorded.
     nominal_gains: bool
-    runs: tuple[str, ...]
-    empty: tuple[str, ...]
-    seconds: float
-    noise: np.ndarray
-    gain_error: np.ndarray
-    gain_std: np.ndarray
-    check: Check
-    distance: float
-    warnings: tuple[str, ...] = field(default=())
+    runs: tuple[str, ...]  # names of the runs with the payload
+    empty: tuple[str, ...]  # names of the runs without it
+    seconds: float  # duration of the runs with the payload [s]
+    noise: np.ndarray  # residual of each joint, shape (n,) [N m]
+    gain_error: np.ndarray  # relative change of each drive gain from the assumed one, shape (n,) [-]
+    gain_std: np.ndarray  # its standard deviation, shape (n,) [-]; zero if torque was recorded
+    check: Check  # check in poses that were not used
+    distance: float  # distance of the consistent body from the estimate, in standard deviations (chi)
+    warnings: tuple[str, ...] = field(default=())  # sentences to read
 
     @property
     def mass(self) -> Interval:

@@ -27,19 +27,15 @@ FROM_DATA = "leave it out to have it chosen from the data"
 class Filtering:
     """Options of the filters; an option that is None is chosen from the data.
 
-    Attributes:
-        rate: Sampling rate of the even time axis [Hz]; the recording's median rate by default.
-        position_cutoff: Cut-off of the low-pass of positions before differentiation [Hz].
-        torque_cutoff: Cut-off of the parallel decimation of torque and regressor [Hz].
-        standstill: Speed below which a joint sticks rather than slides, the same for all joints [rad/s].
-
     Raises:
         RecordingError: An option is not above zero.
     """
 
+    # Sampling rate of the even time axis [Hz]; the recording's median rate by default.
     rate: float | None = None
-    position_cutoff: float | None = None
-    torque_cutoff: float | None = None
+    position_cutoff: float | None = None  # cut-off of the low-pass of positions before differentiation [Hz]
+    torque_cutoff: float | None = None  # cut-off of the parallel decimation of torque and regressor [Hz]
+    # Speed below which a joint sticks rather than slides, the same for all joints [rad/s].
     standstill: float | None = None
 
     def __post_init__(self) -> None:

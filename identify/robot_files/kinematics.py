@@ -32,28 +32,22 @@ class Part:
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Tree of joints, and the other content of its description.
+    """Tree of joints, and the other content of its description."""
 
-    Attributes:
-        model: Pinocchio model with one degree of freedom per joint and the nominal inertias.
-        limits: Joint limits; None if the description has none.
-        flange: Placement of the flange in the last link's frame.
-        rotor_inertia: Rotor inertia on the joint side, joint name -> [kg m^2].
-        doubts: Implausible content of the description, one sentence each.
-        effects: `[[effect]]` rows that it implies if a robot file has none; None: the usual effects.
-        coupling: Coupling of motors and joints, as in `Robot`; empty if there is none.
-        held: Joints that are held away from their reference, and their positions, as in `Robot`.
-        gear_ratio: Motor turns per joint turn, shape (n,) [-]; empty if unknown.
-    """
-
-    model: pin.Model
-    limits: Limits | None = None
+    model: pin.Model  # pinocchio model with one degree of freedom per joint and the nominal inertias
+    limits: Limits | None = None  # joint limits; None if the description has none
+    # Placement of the flange in the last link's frame.
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    # Rotor inertia on the joint side, joint name -> [kg m^2].
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()  # implausible content of the description, one sentence each
+    # `[[effect]]` rows that it implies if a robot file has none; None: the usual effects.
     effects: tuple[Mapping[str, Any], ...] | None = None
+    # Coupling of motors and joints, as in `Robot`; empty if there is none.
     coupling: np.ndarray = field(default_factory=lambda: np.empty(0))
+    # Joints that are held away from their reference, and their positions, as in `Robot`.
     held: Held = field(default_factory=dict)
+    # Motor turns per joint turn, shape (n,) [-]; empty if unknown.
     gear_ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 

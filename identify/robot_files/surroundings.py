@@ -31,14 +31,10 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Obstacles around an arm, and regions in which its points may be.
+    """Obstacles around an arm, and regions in which its points may be."""
 
-    Attributes:
-        obstacles: Solids around the arm.
-        regions: Tables of the `[[region]]` rows, which can only be parsed with the arm.
-    """
-
-    obstacles: tuple[Obstacle, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()  # solids around the arm
+    # Tables of the `[[region]]` rows, which can only be parsed with the arm.
     regions: tuple[Mapping[str, Any], ...] = ()
 
     def __bool__(self) -> bool:

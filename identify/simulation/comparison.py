@@ -22,15 +22,11 @@ NAMES = ("low", "middle", "high")
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Mismatch of one quantity in thirds of the recorded motion.
+    """Mismatch of one quantity in thirds of the recorded motion."""
 
-    Attributes:
-        edges: Bounds of the thirds, shape (n, 4); speed [rad/s], position [rad], effort [A] or [N m].
-        rms: RMS difference in each third, shape (n, 3).
-    """
-
+    # Bounds of the thirds, shape (n, 4); speed [rad/s], position [rad], effort [A] or [N m].
     edges: np.ndarray
-    rms: np.ndarray
+    rms: np.ndarray  # RMS difference in each third, shape (n, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,27 +56,17 @@ class Mismatch:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Comparison of two recordings.
+    """Comparison of two recordings."""
 
-    Attributes:
-        simulated: Name of the simulated recording.
-        recorded: Name of the real recording, which is the reference.
-        joints: Joint names.
-        offset: Offset added to the time of the simulated recording [s].
-        duration: Duration of the overlap [s].
-        filter_hz: Cut-off frequency of the low-pass filter applied to both [Hz].
-        mismatch: Differences in position, velocity, and current or torque, by the name of the quantity.
-        warnings: Other differences, in sentences.
-    """
-
-    simulated: str
-    recorded: str
-    joints: tuple[str, ...]
-    offset: Number
-    duration: SizeNumber
-    filter_hz: SizeNumber
+    simulated: str  # name of the simulated recording
+    recorded: str  # name of the real recording, which is the reference
+    joints: tuple[str, ...]  # joint names
+    offset: Number  # offset added to the time of the simulated recording [s]
+    duration: SizeNumber  # duration of the overlap [s]
+    filter_hz: SizeNumber  # cut-off frequency of the low-pass filter applied to both [Hz]
+    # Differences in position, velocity, and current or torque, by the name of the quantity.
     mismatch: Mapping[str, Mismatch]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # other differences, in sentences
 
     @property
     def effort(self) -> Mismatch:

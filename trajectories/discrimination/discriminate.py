@@ -35,18 +35,14 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class Discriminate(Goal):
-    """The goal to distinguish hypotheses.
+    """The goal to distinguish hypotheses."""
 
-    Attributes:
-        hypotheses: Two or more hypotheses on one arm, given the data so far; the first one's torque is
-            compared with the torque limits.
-        observation: How precisely torque is observed.
-        earlier: Separation from the data so far, shape (h, h), with the true hypothesis in the row and its
-            rival in the column; zero by default.
-    """
-
+    # Two or more hypotheses on one arm, given the data so far; the first one's torque is compared with the
+    # torque limits.
     hypotheses: tuple[Hypothesis, ...]
-    observation: Observation
+    observation: Observation  # how precisely torque is observed
+    # Separation from the data so far, shape (h, h), with the true hypothesis in the row and its rival in the
+    # column; zero by default.
     earlier: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:

@@ -43,19 +43,14 @@ from ..search.experiment import loaded_runs, whitening
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A model that may be the true one.
+    """A model that may be the true one."""
 
-    Attributes:
-        name: Name in messages.
-        model: Robot and effects.
-        values: Parameter values if the hypothesis is true, in the order of `Model.names`, shape (p,).
-        precision: Inverse covariance of the parameters from priors and data so far, shape (p, p). A zero row
-            and column is a free parameter, an infinite diagonal entry a fixed one.
-    """
-
-    name: str
-    model: Model
+    name: str  # name in messages
+    model: Model  # robot and effects
+    # Parameter values if the hypothesis is true, in the order of `Model.names`, shape (p,).
     values: np.ndarray
+    # Inverse covariance of the parameters from priors and data so far, shape (p, p). A zero row and column is
+    # a free parameter, an infinite diagonal entry a fixed one.
     precision: np.ndarray
 
     def __post_init__(self) -> None:

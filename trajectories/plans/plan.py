@@ -21,42 +21,26 @@ HASH_DIGITS = 16
 
 @dataclass(frozen=True, eq=False)
 class Plan(InNotebook):
-    """A planned trajectory, and what the arm and its operator need to know about it.
+    """A planned trajectory, and what the arm and its operator need to know about it."""
 
-    Attributes:
-        trajectory: The motion.
-        joints: Names of the joints, in the order of every (t, n) array.
-        units: Unit of each joint's position, "rad" or "m".
-        robot: Name of the robot.
-        robot_hash: Hash of the robot's geometry and limits.
-        model_hash: Hash of the nominal model.
-        limits: Limits of the robot, without margins.
-        margins: Safety margins to the limits, by name: a share [-], or a position [rad].
-        criterion: Minimized criterion; empty if nothing was minimized.
-        reached: Value of the criterion; NaN if nothing was minimized.
-        details: Other facts by name, such as condition number, largest deviation, solver, seconds.
-        seed: Seed of the random starts.
-        tick: Sampling period of the controller [s].
-        payload_pair: Whether the motion is to be run twice, unloaded and loaded.
-        assumed: Sentences on assumptions.
-        edited: Whether it was read from a file without a checksum, which a person wrote or changed.
-    """
-
-    trajectory: Trajectory
-    joints: tuple[str, ...]
-    units: tuple[str, ...]
-    robot: str
-    robot_hash: str
-    model_hash: str
-    limits: Limits
+    trajectory: Trajectory  # the motion
+    joints: tuple[str, ...]  # names of the joints, in the order of every (t, n) array
+    units: tuple[str, ...]  # unit of each joint's position, "rad" or "m"
+    robot: str  # name of the robot
+    robot_hash: str  # hash of the robot's geometry and limits
+    model_hash: str  # hash of the nominal model
+    limits: Limits  # limits of the robot, without margins
+    # Safety margins to the limits, by name: a share [-], or a position [rad].
     margins: Mapping[str, float] = field(default_factory=dict)
-    criterion: str = ""
-    reached: float = float("nan")
+    criterion: str = ""  # minimized criterion; empty if nothing was minimized
+    reached: float = float("nan")  # value of the criterion; NaN if nothing was minimized
+    # Other facts by name, such as condition number, largest deviation, solver, seconds.
     details: Mapping[str, float | str] = field(default_factory=dict)
-    seed: int = 0
-    tick: float = 0.004
-    payload_pair: bool = False
-    assumed: tuple[str, ...] = ()
+    seed: int = 0  # seed of the random starts
+    tick: float = 0.004  # sampling period of the controller [s]
+    payload_pair: bool = False  # whether the motion is to be run twice, unloaded and loaded
+    assumed: tuple[str, ...] = ()  # sentences on assumptions
+    # Whether it was read from a file without a checksum, which a person wrote or changed.
     edited: bool = False
 
     def __post_init__(self) -> None:

@@ -24,14 +24,10 @@ Slopes = tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None, np.ndarr
 
 
 class BoundMargins(NamedTuple):
-    """Margins of some rows at each sample, and their derivatives by the state there.
+    """Margins of some rows at each sample, and their derivatives by the state there."""
 
-    Attributes:
-        value: Margins, at least zero where allowed, shape (t, m) [-].
-        slopes: Function that computes the derivatives, which cost more and are needed less often.
-    """
-
-    value: np.ndarray
+    value: np.ndarray  # margins, at least zero where allowed, shape (t, m) [-]
+    # Function that computes the derivatives, which cost more and are needed less often.
     slopes: Callable[[], Slopes]
 
 

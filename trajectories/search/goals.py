@@ -20,13 +20,10 @@ from .unknowns import design_model
 
 
 class Objective(ABC):
-    """A function of a motion to minimize.
+    """A function of a motion to minimize."""
 
-    Attributes:
-        smooth: Whether a search can follow its gradient; a nonsmooth objective only evaluates the results of
-            its smooth approximations.
-    """
-
+    # Whether a search can follow its gradient; a nonsmooth objective only evaluates the results of its smooth
+    # approximations.
     smooth: bool = True
 
     @abstractmethod
@@ -73,12 +70,9 @@ tenth of the information, so that its parameter alone would need ten times the r
 
 @dataclass(frozen=True, eq=False)
 class Goal(ABC):
-    """The goal of a trajectory.
+    """The goal of a trajectory."""
 
-    Attributes:
-        spread: Uncertainty of the arm's torque, for which the torque limits leave room; None for none.
-    """
-
+    # Uncertainty of the arm's torque, for which the torque limits leave room; None for none.
     spread: TorqueSpread | None = field(default=None, kw_only=True)
 
     def with_spread(self, spread: TorqueSpread | None) -> Self:

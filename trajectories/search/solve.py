@@ -33,18 +33,13 @@ class _Stopped(Exception):
 
 @dataclass
 class Search:
-    """Result of one start.
+    """Result of one start."""
 
-    Attributes:
-        curvature: Learned Hessian of the Lagrangian at the end, shape (k n, k n).
-        unknowns: Best unknowns that keep the bounds at all samples, shape (k n,); None if there are none.
-        value: Value of the last objective there.
-        history: Budget used since the start, in the clock's unit, and best value so far.
-    """
-
-    curvature: np.ndarray
+    curvature: np.ndarray  # learned Hessian of the Lagrangian at the end, shape (k n, k n)
+    # Best unknowns that keep the bounds at all samples, shape (k n,); None if there are none.
     unknowns: np.ndarray | None = None
-    value: float = np.inf
+    value: float = np.inf  # value of the last objective there
+    # Budget used since the start, in the clock's unit, and best value so far.
     history: list[tuple[float, float]] = field(default_factory=list)
 
 

@@ -19,21 +19,15 @@ class Misfit:
 
 @dataclass(frozen=True, eq=False)
 class Adequacy:
-    """Absolute fit of the model with all findings: no effect is named on a joint that fails it.
+    """Absolute fit of the model with all findings: no effect is named on a joint that fails it."""
 
-    Attributes:
-        shares: Left-out residual over torque of each joint, shape (n,) [-].
-        shares_alone: Left-out residual over torque with separate parameters for each joint, shape (n,) [-].
-        pooled_share: Left-out residual over torque of all joints together [-].
-        failing: Joints that do not fit as correct data do, from 0; empty where the model is adequate.
-        misfits: Where and when the residual of failing joints concentrates.
-    """
-
-    shares: np.ndarray
+    shares: np.ndarray  # left-out residual over torque of each joint, shape (n,) [-]
+    # Left-out residual over torque with separate parameters for each joint, shape (n,) [-].
     shares_alone: np.ndarray
-    pooled_share: Real
+    pooled_share: Real  # left-out residual over torque of all joints together [-]
+    # Joints that do not fit as correct data do, from 0; empty where the model is adequate.
     failing: tuple[int, ...]
-    misfits: tuple[Misfit, ...] = ()
+    misfits: tuple[Misfit, ...] = ()  # where and when the residual of failing joints concentrates
 
     def fails(self, joints: tuple[int, ...]) -> bool:
         """Whether no effect is named on these joints, from 0; none for an effect on the whole arm.

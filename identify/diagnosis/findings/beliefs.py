@@ -26,19 +26,16 @@ class Beliefs:
 
     The model of the diagnosis has the bodies within their tolerances. Free bodies can absorb a torque that
     depends on position and acceleration, so a finding may be needed with one belief and not with the other.
-
-    Attributes:
-        conditional: Indices of findings, undecided ones behind the others, that free bodies absorb.
-        absorbed_by: Bodies that leave their tolerance if they are free and the conditional findings are
-            left out.
-        departures: Parameters that leave their tolerance in the model of the diagnosis, with all findings.
-        described_rms: Held-out residual with bodies as described and all findings, shape (n,) [N m]; that of
-            left-out blocks without held-out runs.
-        free_rms: Held-out residual with free bodies and without the conditional findings, shape (n,) [N m].
     """
 
+    # Indices of findings, undecided ones behind the others, that free bodies absorb.
     conditional: tuple[Count, ...]
+    # Bodies that leave their tolerance if they are free and the conditional findings are left out.
     absorbed_by: tuple[Departure, ...]
+    # Parameters that leave their tolerance in the model of the diagnosis, with all findings.
     departures: tuple[Departure, ...]
+    # Held-out residual with bodies as described and all findings, shape (n,) [N m]; that of left-out blocks
+    # without held-out runs.
     described_rms: np.ndarray
+    # Held-out residual with free bodies and without the conditional findings, shape (n,) [N m].
     free_rms: np.ndarray

@@ -36,58 +36,41 @@ class Moment:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(InNotebook):
-    """Physics that the model lacks, with evidence, alternatives and undecided effects.
+    """Physics that the model lacks, with evidence, alternatives and undecided effects."""
 
-    Attributes:
-        name: Name of the robot or case.
-        joints: Names of the joints.
-        torque_units: Unit of each joint's torque, "N m" or "N"; "A" if no drive gain is known.
-        findings: Certain findings in order of importance; empty if nothing is missing.
-        undecided: Findings without a certain name, each with its alternatives.
-        remainders: Joints on which something remains that no effect of the vocabulary explains.
-        moments: Times at which a run differs from the model as at no other.
-        budget: Residual of every joint by cause; None for a diagnosis without a budget.
-        noise: Noise floor of each joint's torque behind the filter, shape (n,) [N m].
-        noise_measured_at_rest: Whether sensor noise was measured at rest, so that numbers may be given as
-            multiples of it.
-        torque_rms_before: Residual of the held-out runs without findings, all parameters fitted within their
-            tolerances, as by `identify`, shape (n,) [N m]; None without held-out runs.
-        torque_rms_after: Residual of the held-out runs with findings, all parameters fitted within their
-            tolerances, shape (n,) [N m]; None without held-out runs.
-        torque_rms_filter_hz: Cut-off frequency of the comparison [Hz].
-        runs: Names of the fitted runs.
-        held_out: Names of the held-out runs.
-        suspicions: Suspected mistakes in the recordings or the description, in sentences.
-        warnings: Limits of the result, in sentences.
-        seconds: Duration of the diagnosis, reading files not counted [s].
-        tried: Number of hypotheses of each effect that were tested on these runs.
-        beliefs: Findings that depend on whether the bodies are as described; None where that was not asked.
-        adequacy: Whether the model with all findings fits as correct models fit correct data; None where that
-            was not asked.
-        evidence: Samples and models; None for a diagnosis that was read from its file.
-    """
-
-    name: str
-    joints: tuple[str, ...]
+    name: str  # name of the robot or case
+    joints: tuple[str, ...]  # names of the joints
+    # Unit of each joint's torque, "N m" or "N"; "A" if no drive gain is known.
     torque_units: tuple[Literal["N m", "N", "A"], ...]
-    findings: tuple[Finding, ...]
-    undecided: tuple[Finding, ...] = ()
+    findings: tuple[Finding, ...]  # certain findings in order of importance; empty if nothing is missing
+    undecided: tuple[Finding, ...] = ()  # findings without a certain name, each with its alternatives
+    # Joints on which something remains that no effect of the vocabulary explains.
     remainders: tuple[Remainder, ...] = ()
-    moments: tuple[Moment, ...] = ()
-    budget: Budget | None = None
-    noise: np.ndarray
+    moments: tuple[Moment, ...] = ()  # times at which a run differs from the model as at no other
+    budget: Budget | None = None  # residual of every joint by cause; None for a diagnosis without a budget
+    noise: np.ndarray  # noise floor of each joint's torque behind the filter, shape (n,) [N m]
+    # Whether sensor noise was measured at rest, so that numbers may be given as multiples of it.
     noise_measured_at_rest: bool = False
+    # Residual of the held-out runs without findings, all parameters fitted within their tolerances, as by
+    # `identify`, shape (n,) [N m]; None without held-out runs.
     torque_rms_before: np.ndarray | None = None
+    # Residual of the held-out runs with findings, all parameters fitted within their tolerances, shape (n,)
+    # [N m]; None without held-out runs.
     torque_rms_after: np.ndarray | None = None
-    torque_rms_filter_hz: Number | None = None
-    runs: tuple[str, ...]
-    held_out: tuple[str, ...] = ()
-    suspicions: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    seconds: Number = 0.0
+    torque_rms_filter_hz: Number | None = None  # cut-off frequency of the comparison [Hz]
+    runs: tuple[str, ...]  # names of the fitted runs
+    held_out: tuple[str, ...] = ()  # names of the held-out runs
+    suspicions: tuple[str, ...] = ()  # suspected mistakes in the recordings or the description, in sentences
+    warnings: tuple[str, ...] = ()  # limits of the result, in sentences
+    seconds: Number = 0.0  # duration of the diagnosis, reading files not counted [s]
+    # Number of hypotheses of each effect that were tested on these runs.
     tried: Mapping[str, int] = field(default_factory=dict)
+    # Findings that depend on whether the bodies are as described; None where that was not asked.
     beliefs: Beliefs | None = None
+    # Whether the model with all findings fits as correct models fit correct data; None where that was not
+    # asked.
     adequacy: Adequacy | None = None
+    # Samples and models; None for a diagnosis that was read from its file.
     evidence: Evidence | None = field(default=None, metadata=NOT_IN_FILE)
 
     if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above

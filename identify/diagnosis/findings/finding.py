@@ -14,33 +14,20 @@ from .size import LeftOut, Size
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Hypothesis:
-    """One effect on certain joints, with its numbers.
+    """One effect on certain joints, with its numbers."""
 
-    Attributes:
-        effect: Name in the vocabulary.
-        joints: Where it acts, from 0; empty where it has no joint.
-        parameters: Coefficients and shape by name.
-        probability: Probability that the missing physics is this effect.
-        kind: Variant that distinguishes it from other hypotheses of its effect, such as "gradual".
-        which: Variant or shape in words, such as "harmonic 7".
-        listed: Whether the vocabulary has a name for it.
-        geared: Whether its joint has a gear ratio, so that "per turn" refers to the motor.
-        ambiguous: Whether another effect has exactly the same torque.
-        term: The effect as a model holds it; None where no single effect of a model does.
-        file: File of the model in which this alternative replaces its finding; empty if there is none.
-    """
-
-    effect: EffectName
-    joints: tuple[int, ...]
-    parameters: Mapping[str, Quantity]
-    probability: Probability
-    kind: str = ""
-    which: str = ""
-    listed: bool = True
-    geared: bool = False
-    ambiguous: bool = False
+    effect: EffectName  # name in the vocabulary
+    joints: tuple[int, ...]  # where it acts, from 0; empty where it has no joint
+    parameters: Mapping[str, Quantity]  # coefficients and shape by name
+    probability: Probability  # probability that the missing physics is this effect
+    kind: str = ""  # variant that distinguishes it from other hypotheses of its effect, such as "gradual"
+    which: str = ""  # variant or shape in words, such as "harmonic 7"
+    listed: bool = True  # whether the vocabulary has a name for it
+    geared: bool = False  # whether its joint has a gear ratio, so that "per turn" refers to the motor
+    ambiguous: bool = False  # whether another effect has exactly the same torque
+    # The effect as a model holds it; None where no single effect of a model does.
     term: Effect | None = field(default=None, metadata=NOT_IN_FILE)
-    file: str = ""
+    file: str = ""  # file of the model in which this alternative replaces its finding; empty if there is none
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -50,31 +37,22 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Finding(Hypothesis):
-    """An effect that the runs show.
+    """An effect that the runs show."""
 
-    Attributes:
-        alternatives: Hypotheses that the data do not exclude, the most probable first.
-        torque_rms: Root mean square of its torque on each joint in the fitted runs, shape (n,) [N m].
-        held_out: Decrease of twice the negative log likelihood of the held-out runs; NaN without such runs.
-        alone: Whether only one joint shows it, although it acts on the whole arm.
-        unnamed: Whether its joint keeps an unexplained residual that is as large.
-        size: Its torque with an interval; None where it was not computed.
-        left_out: Parameters that the data do not determine, and why.
-        family: Name of the narrowest family in `FAMILIES` that is certain; empty where none is.
-        family_probability: Probability of any member of that family; NaN without a family.
-        proven: Whether its effect on fitted blocks and on held-out runs excludes zero.
-    """
-
+    # Hypotheses that the data do not exclude, the most probable first.
     alternatives: tuple[Hypothesis, ...] = ()
+    # Root mean square of its torque on each joint in the fitted runs, shape (n,) [N m].
     torque_rms: np.ndarray
+    # Decrease of twice the negative log likelihood of the held-out runs; NaN without such runs.
     held_out: Real
-    alone: bool = False
-    unnamed: bool = False
-    size: Size | None = None
+    alone: bool = False  # whether only one joint shows it, although it acts on the whole arm
+    unnamed: bool = False  # whether its joint keeps an unexplained residual that is as large
+    size: Size | None = None  # its torque with an interval; None where it was not computed
+    # Parameters that the data do not determine, and why.
     left_out: Mapping[str, LeftOut] = field(default_factory=dict)
-    family: str = ""
-    family_probability: Real = float("nan")
-    proven: bool = True
+    family: str = ""  # name of the narrowest family in `FAMILIES` that is certain; empty where none is
+    family_probability: Real = float("nan")  # probability of any member of that family; NaN without a family
+    proven: bool = True  # whether its effect on fitted blocks and on held-out runs excludes zero
 
     @property
     def determined(self) -> dict[str, Quantity]:

@@ -33,16 +33,11 @@ class Share:
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """The squared baseline residual of each joint divided among its causes.
+    """The squared baseline residual of each joint divided among its causes."""
 
-    Attributes:
-        before_rms: Residual of the baseline, fitted within its tolerances without findings, shape (n,) [N m].
-        after_rms: Residual with all findings, shape (n,) [N m].
-        shares: Parts of the square of `before_rms`, which add up to 100 % on every joint.
-        held_out: Runs that were predicted; empty where blocks of the fitted runs predict one another.
-    """
-
+    # Residual of the baseline, fitted within its tolerances without findings, shape (n,) [N m].
     before_rms: np.ndarray
-    after_rms: np.ndarray
-    shares: tuple[Share, ...]
+    after_rms: np.ndarray  # residual with all findings, shape (n,) [N m]
+    shares: tuple[Share, ...]  # parts of the square of `before_rms`, which add up to 100 % on every joint
+    # Runs that were predicted; empty where blocks of the fitted runs predict one another.
     held_out: tuple[str, ...]

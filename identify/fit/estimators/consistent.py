@@ -56,19 +56,12 @@ def consistent(equations: Equations) -> Estimate:
 
 
 class Held(NamedTuple):
-    """Prior of the standard parameters.
+    """Prior of the standard parameters."""
 
-    Attributes:
-        base: Base parameters, the combinations that the data determine.
-        nominal: Nominal values, shape (p,).
-        tolerance: Standard deviations of the nominal values, finite and above zero, shape (p,).
-        bodies: Standard parameters of each rigid body, ten per body.
-    """
-
-    base: BaseParameters
-    nominal: np.ndarray
-    tolerance: np.ndarray
-    bodies: tuple[slice, ...]
+    base: BaseParameters  # base parameters, the combinations that the data determine
+    nominal: np.ndarray  # nominal values, shape (p,)
+    tolerance: np.ndarray  # standard deviations of the nominal values, finite and above zero, shape (p,)
+    bodies: tuple[slice, ...]  # standard parameters of each rigid body, ten per body
 
 
 def nearest(held: Held, values: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -45,14 +45,10 @@ def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
 
 
 class Spread(NamedTuple):
-    """Scatter of an estimate.
+    """Scatter of an estimate."""
 
-    Attributes:
-        covariance: Covariance that noise and model errors cause, shape (k, k).
-        by_scale: Change of each unknown per relative error of each joint's measured torque, shape (k, n).
-    """
-
-    covariance: np.ndarray
+    covariance: np.ndarray  # covariance that noise and model errors cause, shape (k, k)
+    # Change of each unknown per relative error of each joint's measured torque, shape (k, n).
     by_scale: np.ndarray
 
 

@@ -95,24 +95,17 @@ class CommandPath:
 
 @dataclass(frozen=True, eq=False)
 class DriveControl:
-    """Gains of each motor's cascade and limits of its amplifier, all on the joint side.
+    """Gains of each motor's cascade and limits of its amplifier, all on the joint side."""
 
-    Attributes:
-        position_gain: Velocity per position error, shape (n,) [1/s].
-        velocity_gain: Torque per velocity error, shape (n,) [N m s/rad].
-        integral_gain: Integral gain of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s];
-            zero for none.
-        feed_forward: Share of the commanded velocity that is added to the output of the position loop [-].
-        current_limit: Maximum current, shape (n,) [A].
-        saturation: Current at which magnetic saturation has reduced the torque per current to 71 %, shape
-            (n,) [A]; infinite for a constant gain.
-    """
-
-    position_gain: np.ndarray
-    velocity_gain: np.ndarray
+    position_gain: np.ndarray  # velocity per position error, shape (n,) [1/s]
+    velocity_gain: np.ndarray  # torque per velocity error, shape (n,) [N m s/rad]
+    # Integral gain of the velocity loop, the reciprocal of its reset time, shape (n,) [1/s]; zero for none.
     integral_gain: np.ndarray
+    # Share of the commanded velocity that is added to the output of the position loop [-].
     feed_forward: float
-    current_limit: np.ndarray
+    current_limit: np.ndarray  # maximum current, shape (n,) [A]
+    # Current at which magnetic saturation has reduced the torque per current to 71 %, shape (n,) [A];
+    # infinite for a constant gain.
     saturation: np.ndarray
 
     def __post_init__(self) -> None:
