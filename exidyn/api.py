@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.acquire.files.given_runs import distinct_bodies
-from exidyn.acquire.files.report_files import read_result
+from exidyn.acquire.files.result_files import read_result
 from exidyn.acquire.files.simulated_arm import simulated_arm
 from exidyn.acquire.run.expected_fit import ExpectedFit
 from exidyn.acquire.run.expected_fit import expected_fit as _expected_fit

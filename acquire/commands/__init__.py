@@ -40,7 +40,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "export": "write a model for other simulators: URDF, MJCF, JSON, robot.toml",
     },
     "view results": {
-        "report": "put runs, fit and diagnosis on one page",
         "view": "view recordings, a fit or a diagnosis in Rerun, the arm moving",
     },
 }

@@ -18,7 +18,7 @@ from exidyn.identification.simulation.comparison import Comparison, compare
 
 from ..arguments.command import Option, number
 from ..arguments.options import robot_option
-from ..files.report_files import comparison_table
+from ..files.result_files import comparison_table
 from .result import Result
 
 COMPARISON = (

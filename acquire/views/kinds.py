@@ -10,7 +10,7 @@ from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.simulation.predicted import predicted
 
 from ..files.given_runs import renamed
-from ..files.report_files import read_shown
+from ..files.result_files import read_shown
 from .diagnosis_view import diagnosis_view
 from .fit_view import fit_view
 from .recording_view import recording_view

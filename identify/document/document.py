@@ -120,19 +120,10 @@ class Section(NamedTuple):
     detail: bool = False  # whether text and Markdown leave it out
 
 
-class Chapter(NamedTuple):
-    """Sections of one of several results on a page."""
-
-    anchor: str
-    title: str
-    sections: Sequence[Section]
-
-
 class Document(NamedTuple):
-    """Report on one or several results."""
+    """A page on one result."""
 
     title: str  # title of the page
     note: str  # one line below the title; empty for none
     sections: Sequence[Section]  # sections in reading order
-    chapters: Sequence[Chapter] = ()  # chapters of further results
     facts: Sequence[tuple[str, str]] = ()  # short labels and values at the top of the page

@@ -11,7 +11,6 @@ from ..text_table import UNKNOWN, digits, raised
 from .document import (
     Block,
     Cell,
-    Chapter,
     Document,
     Figure,
     Folded,
@@ -37,24 +36,12 @@ def html(document: Document, style: str = "") -> str:
         document: Content of the page.
         style: Additional CSS.
     """
-    chapters = [_numbered(chapter) for chapter in document.chapters]
     page = TEMPLATES.get_template("page.html").render(
         document=document,
         sections=[section for section in document.sections if section.blocks],
-        chapters=[chapter for chapter in chapters if chapter.sections],
         style=Markup(style),
     )
     return visible(page)
-
-
-def _numbered(chapter: Chapter) -> Chapter:
-    """The chapter, with anchors that are unique on the page."""
-    sections = [
-        section._replace(anchor=f"{chapter.anchor}-{section.anchor}")
-        for section in chapter.sections
-        if section.blocks
-    ]
-    return chapter._replace(sections=sections)
 
 
 def prose(words: str) -> Markup:

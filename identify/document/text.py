@@ -34,12 +34,8 @@ def text(document: Document) -> str:
 
 
 def short(document: Document) -> list[Section]:
-    """Sections of the document and its chapters that have text and are not details."""
-    sections = [
-        *document.sections,
-        *(section for chapter in document.chapters for section in chapter.sections),
-    ]
-    return [section for section in sections if not section.detail and blocks_lines(section.blocks)]
+    """Sections that have text and are not details."""
+    return [one for one in document.sections if not one.detail and blocks_lines(one.blocks)]
 
 
 def _facts(document: Document) -> list[str]:

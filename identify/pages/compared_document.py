@@ -1,16 +1,12 @@
 """Simulations compared with recordings: which joints differ, by how much, and where."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..document.document import (
     Cell,
     Document,
-    Heading,
     Marked,
     Number,
-    Paragraph,
     Section,
     Statements,
     Table,
@@ -37,42 +33,6 @@ def compared_text(comparison: Comparison) -> str:
         return "\n".join([title, *verdict(comparison)])
     opening = Section("verdict", "Verdict", [Statements(verdict(comparison), "verdict")])
     return text(Document(title, "", [opening, *_tables(comparison)]))
-
-
-def compared_sections(comparisons: Sequence[tuple[Comparison, Sequence[str]]]) -> list[Section]:
-    """Pairs of simulations of one recording, then one section for each comparison with its verdict."""
-    pairs = zip(comparisons, comparisons[1:], strict=False)
-    sections = [_pair(first, last) for (first, _), (last, _) in pairs if _same_recording(first, last)]
-    for place, (comparison, sentences) in enumerate(comparisons):
-        blocks = [
-            block for section in _tables(comparison) for block in (Heading(section.title), *section.blocks)
-        ]
-        title = f"{comparison.simulated} versus {comparison.recorded}"
-        sections.append(Section(f"compared{place or ''}", title, [Statements(sentences), *blocks]))
-    return sections
-
-
-def _same_recording(first: Comparison, last: Comparison) -> bool:
-    """Whether two simulations are compared with one recording, in one unit and with known noise."""
-    comparable = first.recorded == last.recorded and first.effort.quantity == last.effort.quantity
-    return comparable and all(bool(np.all(np.isfinite(pair.effort.noise))) for pair in (first, last))
-
-
-def _pair(first: Comparison, last: Comparison) -> Section:
-    before, after = (comparison.effort.rms / comparison.effort.noise for comparison in (first, last))
-    note = (
-        f"Simulated minus recorded {first.effort.quantity} over noise. Before: {first.simulated}; after: "
-        f"{last.simulated}; both compared with {first.recorded}."
-    )
-    return Section(
-        "pair", "Two simulations", [Paragraph(note), before_and_after(first.joints, before, after)]
-    )
-
-
-def before_and_after(joints: Sequence[str], before: np.ndarray, after: np.ndarray) -> Table:
-    """A value of each joint before and after, each (n,)."""
-    rows = zip(joints, map(Number, before), map(Number, after), strict=True)
-    return Table(["joint", "before", "after"], [list(row) for row in rows])
 
 
 def _tables(comparison: Comparison) -> list[Section]:

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from exidyn.acquire.files.report_files import read_shown
+from exidyn.acquire.files.result_files import read_shown
 from exidyn.acquire.views.kinds import view_of
 from exidyn.identification.errors import NotAFile
 

@@ -15,7 +15,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
-from exidyn.acquire.files.report_files import read_shown
+from exidyn.acquire.files.result_files import read_shown
 from exidyn.acquire.views.diagnosis_view import BEFORE
 from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.parts import COLORS

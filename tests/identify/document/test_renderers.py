@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from exidyn.identification.document.document import (
-    Chapter,
     Document,
     Figure,
     Grid,
@@ -40,10 +39,6 @@ DOCUMENT = Document(
         Section("detail", "Detail", [Paragraph("only in the report")], detail=True),
         Section("empty", "Empty", []),
     ],
-    [
-        Chapter("runs", "Runs", [Section("motion", "Motion", [Paragraph("it moved")])]),
-        Chapter("no", "No", []),
-    ],
     [("Robot", "x & y")],
 )
 
@@ -59,13 +54,8 @@ def test_a_page_escapes_text_and_links_to_its_sections():
     assert "&lt;i&gt;" in page
     assert '<ul class="verdict"><li>5\N{NO-BREAK SPACE}% of &lt;b&gt;</li>' in page
     assert "<dt>Robot</dt><dd>x &amp; y</dd>" in page
-    page = html(DOCUMENT)
-    assert '<a href="#verdict">A &amp; B</a>' in page
-    assert '<li><a class="part" href="#runs">Runs</a><a href="#runs-motion">Motion</a></li>' in page
-    assert '<div class="chapter" id="runs"><h1>Runs</h1><section id="runs-motion">' in page
-    assert 'id="no"' not in page
     assert 'id="empty"' not in page
-    assert '<nav><a href="#verdict">A &amp; B</a>' in html(DOCUMENT._replace(chapters=()))
+    assert '<nav><a href="#verdict">A &amp; B</a>' in page
 
 
 def test_text_and_markdown_have_every_number():

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.acquire.arguments.run_options import read_controller
-from exidyn.acquire.files.report_files import read_shown
+from exidyn.acquire.files.result_files import read_shown
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from exidyn.acquire.files.given_runs import read_arm
-from exidyn.acquire.files.report_files import find_files
-from exidyn.acquire.files.report_material import read_material
+from exidyn.acquire.files.result_files import read_result
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.samples import ControllerSamples
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
@@ -14,7 +13,6 @@ from exidyn.drivers.values import checked
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.pages.fit_document import summary
-from exidyn.identification.pages.report_document import joined_html
 
 JOINTS, CYCLE = 6, 0.002
 
@@ -28,8 +26,8 @@ def export(path: Path) -> None:
 
 
 def report(path: Path) -> None:
-    """As `exidyn report` does; of a fit the text page too."""
-    joined_html(read_material(find_files([path]), [], None, lambda _: None))
+    """Read a result; of a fit the text page too."""
+    read_result(path)
     if path.name == "fit.json":
         summary(read_fit(path))
 

@@ -1,7 +1,6 @@
-"""Inputs of `exidyn report`: the kind of each file, and its contents."""
+"""Files with results: fits, diagnoses and comparisons, by what each says it is."""
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,65 +8,21 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.consistency import check_diagnosis
 from exidyn.identification.diagnosis.words.diagnosis_file import FORMAT as DIAGNOSIS_FORMAT
 from exidyn.identification.errors import NotAFile
-from exidyn.identification.file_names import looked_in
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit, read_json
 from exidyn.identification.pages.compared_document import verdict
 from exidyn.identification.pages.shown import Shown
-from exidyn.identification.recordings.importers import kind_of
 from exidyn.identification.result_file import from_table, to_table
 from exidyn.identification.schema import Disagreement
 from exidyn.identification.simulation.comparison import Comparison
 
 from .diagnosis_files import with_samples
 
-FIT, DIAGNOSIS, COMPARISON, RECORDING = "fit", "diagnosis", "comparison", "recording"
-KINDS = (FIT, DIAGNOSIS, COMPARISON, RECORDING)
+FIT, DIAGNOSIS, COMPARISON = "fit", "diagnosis", "comparison"
 KEYS = {"exidyn_fit": FIT, "exidyn_diagnosis": DIAGNOSIS, "exidyn_comparison": COMPARISON}
 """Key that identifies a JSON file and holds its format number -> kind."""
-VALID = (
-    "fit.json of exidyn identify, diagnosis.json of exidyn diagnose, the JSON of exidyn simulate --against, "
-    "recordings (.mcap, .csv), or folders of these"
-)
 FORMAT = 1
 """Format number of the JSON file of a comparison."""
-
-
-def find_files(paths: Sequence[Path]) -> dict[Path, str]:
-    """Files and their kinds; a folder stands for all its files, and a file named twice counts once.
-
-    Raises:
-        NotAFile: If a path does not exist, or is not part of a report.
-    """
-    files = {file.resolve(): (file, kind) for path in paths for file, kind in _files_at(path).items()}
-    return dict(files.values())
-
-
-def _files_at(path: Path) -> dict[Path, str]:
-    if not path.exists():
-        raise NotAFile(f"{path} does not exist{looked_in(path)}")
-    if path.suffix == ".json":
-        if kind := _kind(path):
-            return {path: kind}
-        raise _unknown(path)
-    if not path.is_dir() or (path / "metadata.yaml").exists():
-        try:
-            kind_of(path)
-        except NotAFile as error:
-            raise _unknown(path) from error
-        return {path: RECORDING}
-    files: dict[Path, str] = {}
-    for file in sorted(path.glob("*.json")):
-        with suppress(NotAFile):  # files of other programs
-            files |= {file: kind} if (kind := _kind(file)) else {}
-    files |= dict.fromkeys(sorted(path.glob("*.mcap")), RECORDING)
-    if not files:
-        raise NotAFile(f"{path} contains no files for a report. Valid: {VALID}")
-    return files
-
-
-def _unknown(path: Path) -> NotAFile:
-    return NotAFile(f"{path} is not a file for a report. Valid: {VALID}")
 
 
 def _kind(path: Path) -> str:
@@ -79,7 +34,7 @@ def _kind(path: Path) -> str:
 def _read_table(path: Path) -> dict[str, Any]:
     table = read_json(path)
     if not isinstance(table, dict):
-        raise _unknown(path)
+        raise NotAFile(f"{path} is no fit, diagnosis or comparison of exidyn")
     return table
 
 
