@@ -46,6 +46,7 @@ def write(path, time, position):
         (rail(last=True), [180 / np.pi, 1e3], 1.0, "--units position=deg,mm"),
         (rail(last=False), [1e3, 180 / np.pi], 1.0, "--units position=mm,deg"),
         (rail(last=False), [1e3, 1.0], 1.0, "--units position=mm,rad"),
+        (rail(last=False), [1.0, 180 / np.pi], 1.0, "--degrees"),
     ],
 )
 def test_the_hint_makes_the_log_readable(tmp_path, arm, scale, second, option, monkeypatch):
