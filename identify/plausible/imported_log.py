@@ -93,7 +93,7 @@ def imported(
     """
     robot = replace(model.robot, servo=None)  # import would multiply the errors of servos by its gain
     as_is = {
-        name: Reading(readings[name].column, [*robot.units(SIGNALS[name])])
+        name: Reading(readings[name].column, readings[name].unit or [*robot.units(SIGNALS[name])])
         for name in EFFORT
         if name in readings
     }

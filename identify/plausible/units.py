@@ -174,7 +174,8 @@ def encoder_odds(step: np.ndarray, scale: np.ndarray) -> float:
             visible.
         scale: Radians per unit, shape (n,).
     """
-    bits = np.log2(2 * np.pi / (scale * step)[step > 0.0])
+    angles = scale * step
+    bits = np.log2(2 * np.pi / angles[angles > 0.0])
     return BINARY * float(np.mean(np.abs(bits - np.round(bits)) < SAME_BITS)) if len(bits) else 0.0
 
 
