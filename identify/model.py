@@ -11,6 +11,7 @@ from .arm.motion import Motion
 from .arm.robot import Robot
 from .arm.tangent import tangent
 from .effects import Effect, MotionGradient, Parameter, Prior
+from .effects.rigid_body import usual_body
 from .errors import RobotError, WrongShape
 from .measurements import Gear, Measurement
 from .notebook import InNotebook
@@ -96,6 +97,15 @@ class Model(InNotebook):
     def nominal_values(self) -> np.ndarray:
         """Nominal value of each parameter, shape (p,)."""
         return np.array([prior.value for prior in self.priors])
+
+    @property
+    def prior_values(self) -> np.ndarray:
+        """Nominal values, those of usual bodies in place of missing or implausible ones, shape (p,)."""
+        values = self.nominal_values
+        for effect, columns in zip(self.effects, self.columns, strict=True):
+            if effect.of_links and not self.robot.body_units.informative:
+                values[columns] = np.tile(usual_body(self.robot), self.robot.dof)
+        return values
 
     @property
     def inertias(self) -> list[slice]:

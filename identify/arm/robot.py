@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import BrokenTree, UnknownJoint, WrongShape
+from .body_units import BodyUnits, body_units
 from .newton_euler import joints_of
 
 CALIBRATED = 0.02
@@ -160,6 +161,11 @@ class Robot:
     def revolute(self) -> np.ndarray:
         """Whether each joint is revolute; the others are prismatic. Shape (n,), bool."""
         return np.array([joint.revolute for joint in joints_of(self.kinematics)])
+
+    @cached_property
+    def body_units(self) -> BodyUnits:
+        """Whether the described masses and inertias are plausible."""
+        return body_units(self.kinematics)
 
     @property
     def geared(self) -> np.ndarray:

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from ..fit.identification import pooled_noise, with_payloads
 from ..model import Model
+from ..plausible.gains import gains_by_masses, masses_sentence, with_gains
 from ..plausible.gate import doubts
 from ..preparation.prepare import SMOOTHED_SOURCES, Filtering
 from ..progress import StageText
@@ -29,7 +30,7 @@ from .results.motor_torque import undetermined_gains, with_all_torque
 from .results.remainder import MAIN, MATERIAL, beside_unnamed, discrepancies, fast_ripples, remainders, rms
 from .results.sizes import left_out, size
 from .runs.driven import Driven
-from .runs.usable import usable
+from .runs.usable import HELD_OUT, usable
 from .search.beliefs import search_both
 from .search.once import moments
 from .search.search import SearchResult
@@ -66,6 +67,11 @@ def diagnose(
     model = with_payloads(model, [recording for _, recording in recordings])
     progress(StageText("filter", "filter and differentiate"))
     runs, warnings = usable(model, recordings, filtering)
+    if not as_recorded and (drives := gains_by_masses(_fitted(runs, recordings), model)):
+        model = with_gains(model, drives)
+        runs, warnings = usable(model, recordings, filtering)
+        likely = masses_sentence(drives, model.robot)
+        warnings = [f"no drive gain is known, so sizes are as uncertain as the {likely}", *warnings]
     suspicions: list[str] = []
     if not as_recorded:
         used = {run.prepared.name for run in runs}
@@ -97,14 +103,15 @@ def diagnose(
         for place in range(len(result.selected))
     ]
     remaining = remainders(result.prediction, answers, noise, rested, material)
-    remaining += fast_ripples(result.problem.runs, noise, torque_units(model.robot))
+    units = torque_units(model.robot, result.problem.runs[0].prepared.measures)
+    remaining += fast_ripples(result.problem.runs, noise, units)
     held_out = [run.prepared.name for run in result.problem.held_out]
     spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
     conditional = tuple(place for place, selected in enumerate(result.selected) if selected.conditional)
     diagnosis = Diagnosis(
         name=name or model.robot.name,
         joints=model.robot.joints,
-        torque_units=torque_units(model.robot),
+        torque_units=units,
         findings=tuple(in_units_of_joints(finding, model.robot) for finding in findings[:named]),
         undecided=tuple(in_units_of_joints(finding, model.robot) for finding in findings[named:]),
         remainders=tuple(remaining),
@@ -122,6 +129,12 @@ def diagnose(
         evidence=proof,
     )
     return _with_held_out(diagnosis, proof, result.problem.held_out)
+
+
+def _fitted(runs: Sequence[Driven], recordings: Sequence[tuple[str, Recording]]) -> list[Recording]:
+    """Recordings of the runs that are fitted."""
+    names = {run.prepared.name for run in runs if run.role != HELD_OUT}
+    return [recording for _, recording in recordings if recording.name in names]
 
 
 def noise_floor(runs: Sequence[Driven]) -> tuple[np.ndarray, bool]:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pinocchio as pin
 
+from ..arm.body_units import arm_length
 from ..arm.motion import Motion
 from ..arm.rigid_regressor import INERTIAL, rigid_gradient, rigid_regressor
 from ..arm.robot import Robot
@@ -14,6 +15,11 @@ from .effect import Effect, JointEffect, MotionGradient, Parameter, Prior
 from .simulator_terms import JointTerms
 
 UNITS = dict.fromkeys(INERTIAL[:6], "kg m^2") | dict.fromkeys(INERTIAL[6:9], "kg m") | {"M": "kg"}
+
+USUAL_MASS, USUAL_RADIUS = 10.0, 0.1
+"""Median mass of arms per cube of their length [kg/m^3], and radius of gyration of a link over it [-]."""
+SHORTEST = 0.1
+"""Length of an arm whose description has none, such as a turntable [m]."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +53,13 @@ class RigidBody(Effect):
         return MotionGradient(by[0], by[1], by[2], np.zeros_like(motion.position))
 
     def priors(self, robot: Robot) -> Mapping[str, Prior]:
-        """Priors of all links; empty if the robot description has only geometry and no masses."""
-        priors: dict[str, Prior] = {}
-        if not any(inertia.mass > 0.0 for inertia in robot.kinematics.inertias):
-            return priors
-        for link, inertia in enumerate(tuple(robot.kinematics.inertias)[1:]):
-            for name, prior in inertial_priors(inertia, robot.inertial_tolerance).items():
-                priors[f"{name}{link + 1}"] = prior
-        return priors
+        """Priors of all links, infinitely wide if the described bodies are missing or implausible."""
+        tolerance = robot.inertial_tolerance if robot.body_units.informative else np.inf
+        return {
+            f"{name}{link}": prior
+            for link, inertia in enumerate(tuple(robot.kinematics.inertias)[1:], 1)
+            for name, prior in inertial_priors(inertia, tolerance).items()
+        }
 
     def parameter_joints(self, robot: Robot) -> list[int | None]:
         return [link for link in range(robot.dof) for _ in INERTIAL]
@@ -93,6 +98,14 @@ def inertial_parameters(inertia: pin.Inertia) -> np.ndarray:
     """Ten parameters of a body in `INERTIAL` order, about the origin of its frame."""
     m, mx, my, mz, xx, xy, yy, xz, yz, zz = inertia.toDynamicParameters()
     return np.array([xx, xy, xz, yy, yz, zz, mx, my, mz, m])
+
+
+def usual_body(robot: Robot) -> np.ndarray:
+    """Ten parameters of a link of usual mass and size for an arm of this length, in `INERTIAL` order."""
+    length = max(arm_length(robot.kinematics), SHORTEST)
+    mass = USUAL_MASS * length**3 / robot.dof
+    sphere = pin.Inertia(mass, np.zeros(3), mass * (USUAL_RADIUS * length) ** 2 * np.eye(3))
+    return inertial_parameters(sphere)
 
 
 def is_body(values: np.ndarray) -> bool:
@@ -146,4 +159,5 @@ def inertial_priors(inertia: pin.Inertia, tolerance: float) -> dict[str, Prior]:
     mass = values[9]
     radius = np.sqrt(max(values[0] + values[3] + values[5], 0.0) / (2 * mass)) if mass > 0 else 0.0
     scale = np.array([mass * radius**2] * 6 + [mass * radius / np.sqrt(3.0)] * 3 + [mass])
-    return {n: Prior(float(v), float(tolerance * s)) for n, v, s in zip(INERTIAL, values, scale, strict=True)}
+    std = tolerance * scale if np.isfinite(tolerance) else np.full(10, np.inf)
+    return {n: Prior(float(v), float(s)) for n, v, s in zip(INERTIAL, values, std, strict=True)}

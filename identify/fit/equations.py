@@ -84,7 +84,7 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
         runs=tuple(slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)),
         rate=runs[0].decimation.output_rate,
         noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
-        nominal=model.nominal_values,
+        nominal=model.prior_values,
         tolerance=np.array([prior.std for prior in model.priors]),
         bodies=tuple(model.inertias),
     )

@@ -11,9 +11,11 @@ from ..preparation.prepare import Prepared
 from ..recordings.recording import EFFORT, Recording
 from ..text_table import NORMAL_95, digits
 from .base_parameters import BaseParameters, rich_motion
+from .equations import Equations
 from .estimators import Estimate
 from .estimators.nominal_gains import given_nominal
 from .fit import Fit, Unclear
+from .reversed_signs import reversed_joints
 from .settled_gains import cure, open_by_gain
 
 FACTOR = 3.0
@@ -23,10 +25,13 @@ gear ratios are known to some ten percent, while a mass in pounds or grams is wr
 IMPOSSIBLE = 2.0
 """A value this many standard deviations below its physical minimum is impossible: 1 in 40 by chance."""
 
+OPPOSING = ("Ia", "Fv", "Fc")
+"""Rotor inertia, viscous and Coulomb friction of a joint, whose torque opposes its motion."""
 
-def fit_warnings(fit: Fit) -> tuple[str, ...]:
-    """Warnings that follow from the fit alone, as sentences, the most important first."""
-    return (*unknown_scale(fit), *far_gains(fit), *impossible_values(fit))
+
+def fit_warnings(fit: Fit, equations: Equations) -> tuple[str, ...]:
+    """Warnings that follow from the fit and its equations, as sentences, the most important first."""
+    return (*unknown_scale(fit), *far_gains(fit), *impossible_values(fit, equations))
 
 
 def unknown_scale(fit: Fit) -> tuple[str, ...]:
@@ -35,7 +40,8 @@ def unknown_scale(fit: Fit) -> tuple[str, ...]:
         return ()
     return (
         "currents were recorded and no drive gain is known: every value is per N m/A of its joint and "
-        "inertias of different joints do not add up; state [drive] gain, or identify them with "
+        "inertias of different joints do not add up; state [drive] gain (torque constant of the motor "
+        "[N m/A] times gear ratio; exidyn init proposes it from the described masses), or identify it with "
         "--payload RUN --mass KG",
     )
 
@@ -60,28 +66,30 @@ def far_gains(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def impossible_values(fit: Fit) -> tuple[str, ...]:
+def impossible_values(fit: Fit, equations: Equations) -> tuple[str, ...]:
     """Warnings about parameters without regrouping that are below their physical minimum.
 
-    Rotor inertia, viscous and Coulomb friction oppose motion: if two of them are negative, the sign of the
-    torque is wrong.
+    Rotor inertia, viscous and Coulomb friction oppose motion. If one of them is negative, the torque may have
+    the wrong sign; its reversal is advised only if the equations of the fit agree.
     """
-    sign = " a wrong sign of the drive gain is another cause;" if fit.unscaled else ""
     below, warnings = _impossible(fit), []
-    for number, joint in enumerate(fit.model.robot.joints, 1):
-        names = [name for name in (f"Ia{number}", f"Fv{number}", f"Fc{number}") if name in below]
-        if len(names) > 1:
-            warnings.append(
-                f"{', '.join(names)} of {joint} are negative: its torque has the wrong sign; reverse it "
-                "(sign = -1 in a preset, the sign of [drive] gain, or the joint's axis)"
-            )
-            below = {name: words for name, words in below.items() if name not in names}
-    return (*warnings, *(f"{words}{sign} try --estimator consistent" for words in below.values()))
+    opposing = [[f"{kind}{number}" for kind in OPPOSING] for number in range(1, fit.model.robot.dof + 1)]
+    negative = [[name for name in names if name in below] for names in opposing]
+    for joint in reversed_joints(equations, fit.estimate.gain, [len(names) for names in negative]):
+        warnings.append(
+            f"{fit.model.robot.joints[joint]}: {', '.join(negative[joint])} negative, and the torque fits at "
+            "least as well if it is reversed: its sign is wrong; reverse it (sign = -1 in a preset, the sign "
+            "of [drive] gain, or the joint's axis)"
+        )
+        below = {name: words for name, words in below.items() if name not in negative[joint]}
+    return (*warnings, *(f"{words} try --estimator consistent" for words in below.values()))
 
 
 def _impossible(fit: Fit) -> dict[str, str]:
     """Parameter name -> start of the warning, for each impossible value."""
     below = {}
+    mixed = fit.unscaled and fit.model.robot.dof > 1
+    cause = "another effect" + ", or joints whose unknown gains differ share its body" * mixed
     for row, (value, std) in enumerate(zip(fit.estimate.values, fit.estimate.std, strict=True)):
         parameter = fit.base.parameters[fit.base.kept[row]]
         alone = np.count_nonzero(fit.base.regrouping[row]) == 1
@@ -89,7 +97,7 @@ def _impossible(fit: Fit) -> dict[str, str]:
             fact = "negative" if parameter.minimum == 0.0 else f"below {parameter.minimum:g}"
             below[parameter.name] = (
                 f"{parameter.name} is {fact} ({digits(value)} ± {digits(NORMAL_95 * std, 2)}): "
-                "physically impossible, so it contains another effect;"
+                f"physically impossible, so it contains {cause};"
             )
     return below
 

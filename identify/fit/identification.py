@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 from ..effects import Payload
 from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
+from ..plausible.gains import gains_by_masses, masses_sentence
 from ..plausible.gate import doubts
 from ..preparation.even import torque_off_warnings
 from ..preparation.prepare import (
@@ -138,7 +139,8 @@ def _identify(
         compared = repeatability(model, equations, fit.estimate.gain, values, used, recordings[: len(runs)])
         fit = replace(fit, repeatability=compared)
     warnings = (
-        *fit_warnings(fit),
+        *fit_warnings(fit, equations),
+        *_likely_gains(fit, recordings),
         *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
         *_payload_warnings(model, used, held_out),
@@ -156,6 +158,12 @@ def _identify(
         exported=exported(fit),
     )
     return _judged_by_residual(fit) if fit.noise_source == SMOOTHED else fit
+
+
+def _likely_gains(fit: Fit, runs: Sequence[Recording]) -> list[str]:
+    """A sentence on the gains of a fit in amperes that the described masses make likely, if there are any."""
+    drives = gains_by_masses(runs, fit.model) if fit.unscaled else []
+    return [masses_sentence(drives, fit.model.robot)] if drives else []
 
 
 def _judged_by_residual(fit: Fit) -> Fit:

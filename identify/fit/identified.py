@@ -3,8 +3,9 @@
 A fit determines base parameters, the combinations that torque can distinguish; simulators need mass and
 moments of every link. The model has the most probable standard parameters, by the nominal values, that agree
 with the fit and are physically consistent. Nominal values fill in what the data do not determine and do not
-overrule them: their tolerance is widened until they move no base value outside its 95 % interval. Only
-consistency may move a value farther; `Fit.moved` lists such values. Base values depend on the drive gains: if
+overrule them: their tolerance is widened until neither they nor the step from them to consistent bodies move
+a base value outside its 95 % interval. If no tolerance suffices, the fit itself is inconsistent, and
+`Fit.moved` lists the values. Base values depend on the drive gains: if
 a gain is open, the values are those at the gain of the model.
 """
 
@@ -38,8 +39,10 @@ TINY = 1e-3
 UNSEEN = 0.5
 """A parameter that keeps more than this share of its prior deviation was not observed; parameters that the
 data show keep about a thousandth, see `WITHOUT_PRIOR`."""
-LOOSEST = 2.0**10
-"""Largest factor by which tolerances of nominal values are widened: beyond it, they have no effect."""
+LOOSER = 4.0 ** np.arange(11)
+"""Factors by which tolerances of nominal values are widened: beyond a million, they have no effect."""
+CLOSER = 0.95
+"""A wider prior must bring the farthest value nearer by this factor; otherwise the prior is not the cause."""
 SAME = 1e-9
 """Relative difference between standard and base parameters that counts as rounding."""
 
@@ -85,14 +88,14 @@ def standard_parameters(fit: Fit) -> Standard:
         )
     model, gains = fit.model, settled(fit)
     base, values, conditional = _structure(fit, gains.values, gains.conditional)
-    held = _held(fit, base, values, conditional)
+    held, nearest_values = _held(fit, base, values, conditional)
     standard, size = fit.estimate.standard, np.abs(values).max()
     if (
         fit.estimate.method != "consistent"
         or standard is None
         or not np.allclose(base.regrouping @ standard, values, rtol=SAME, atol=SAME * size)
     ):
-        standard = nearest(held, values, conditional)
+        standard = nearest_values
     # Information of the data on standard parameters, in units of their tolerance
     whiten = whitening(held, values, conditional)
     rows = whiten @ base.regrouping * held.tolerance
@@ -115,17 +118,32 @@ def exported(fit: Fit) -> np.ndarray | None:
         return None
 
 
-def _held(fit: Fit, base: BaseParameters, values: np.ndarray, covariance: np.ndarray) -> Held:
-    """Prior from the nominal values, so wide that it moves no identified value outside its 95 % interval."""
+def _held(
+    fit: Fit, base: BaseParameters, values: np.ndarray, covariance: np.ndarray
+) -> tuple[Held, np.ndarray]:
+    """Prior from the nominal values, wide enough to leave values in their intervals; nearest parameters (p,).
+
+    If no prior is wide enough, it is the one that moves the farthest value least.
+    """
     rows = [base.names.index(name) for name in _structural_names(fit)]
-    std, loose = np.sqrt(np.diag(given_nominal(fit.estimate))), 1.0
-    while True:
+    std = np.maximum(np.sqrt(np.diag(given_nominal(fit.estimate))), np.finfo(float).tiny)
+
+    def farthest(standard: np.ndarray) -> float:
+        return float(np.max(np.abs(base.regrouping[rows] @ standard - values[rows]) / std, initial=0.0))
+
+    trials: list[tuple[float, Held, np.ndarray]] = []
+    for loose in LOOSER:
         tolerance = _tolerance(fit, base, values, loose)
-        held = Held(base, fit.model.nominal_values, tolerance, tuple(fit.model.inertias))
-        moved = base.regrouping[rows] @ unconstrained(held, values, covariance)[0] - values[rows]
-        if loose >= LOOSEST or np.all(np.abs(moved) <= NORMAL_95 * std):
-            return held
-        loose *= 2.0
+        held = Held(base, fit.model.prior_values, tolerance, tuple(fit.model.inertias))
+        if loose < LOOSER[-1] and farthest(unconstrained(held, values, covariance)[0]) > NORMAL_95:
+            continue  # the constraints would move the values even farther
+        standard = nearest(held, values, covariance)
+        trials.append((farthest(standard), held, standard))
+        distances = [distance for distance, *_ in trials]
+        if distances[-1] <= NORMAL_95 or distances[-1] > CLOSER * min(distances[:-1], default=np.inf):
+            break
+    _, held, standard = min(trials, key=lambda trial: trial[0])
+    return held, standard
 
 
 def _structure(

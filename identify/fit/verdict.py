@@ -196,7 +196,7 @@ def _joints(fit: Fit) -> str:
         sentences.append(
             f" {gains} alone could cause this: two joints then measure the same link in different scales."
         )
-    if above:
+    if above and not fit.unscaled:
         sentences.append(" exidyn diagnose tells whether an effect is missing there.")
     return f"The residual of {joints} is at the noise floor on the {kind}." + "".join(sentences)
 
@@ -290,10 +290,19 @@ def _moved_sentences(fit: Fit) -> list[str]:
     of_gains = " at the drive gains they use" if np.any(open_gains(fit.estimate, fit.model.robot)) else ""
     return [
         f"{counted(len(fit.moved), 'base parameter')} {'is' if len(fit.moved) == 1 else 'are'} physically "
-        "inconsistent, even within the 95 % interval: the runs contain an effect that is neither noise nor "
-        f"part of the model. Export and simulation use the nearest consistent values{of_gains}: {shown}"
-        f"{f'; and {more} more' if more else ''}."
+        f"inconsistent, even within the 95 % interval: {_cause(fit)}. Export and simulation use the nearest "
+        f"consistent values{of_gains}: {shown}{f'; and {more} more' if more else ''}."
     ]
+
+
+def _cause(fit: Fit) -> str:
+    """What the residuals say about the cause of inconsistent values."""
+    above = [
+        v.joint for v in joint_verdicts(fit) if v.state in (JointState.FAR_ABOVE, JointState.ABOVE_NOISE)
+    ]
+    if above:
+        return f"the runs contain an effect that the model lacks, as the residual of {', '.join(above)} shows"
+    return "no residual shows a missing effect; check geometry and gravity of the description"
 
 
 def payload_centres(fit: Fit) -> list[str]:

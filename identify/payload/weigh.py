@@ -137,7 +137,9 @@ def _require_gains(arm: Model, prepared: Sequence[Prepared]) -> None:
     if prepared[0].measures == "current" and np.all(arm.robot.drive_gain == 1.0):
         raise FitError(
             f"{arm.robot.name}: currents were recorded and no drive gains are known, so no mass follows from "
-            "them. State [drive] gain in robot.toml, or give a fit with gains (exidyn identify --payload)"
+            "them. For a rough mass, let exidyn init propose gains by the described masses, from a log "
+            "without the payload; for an exact one, state [drive] gain in robot.toml (torque constant of the "
+            "motor [N m/A] times gear ratio), or give a fit with gains (exidyn identify --payload)"
         )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ..arm.motion import Motion
+from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
 from ..effects import Effect
 from ..effects.rigid_body import inertial_parameters, inertial_priors
@@ -25,6 +26,8 @@ DRAWN = 0.3
 """Relative error of torque computed from a description's masses: tool, cables, inaccurate drawing."""
 TOOL_MASS, TOOL_LEVER = 0.01, 0.1
 """Unstated payload relative to the arm's mass, and its distance relative to the arm's length."""
+PAYLOAD_MASS = 0.2
+"""Mass of a payload that was not weighed relative to the arm's mass: arms carry 5 to 50 % of their own."""
 HEAVY, BALANCED = 300.0, 1.0
 """Mass of an arm [kg] above which a spring or gas cylinder, which no URDF describes, may balance gravity; and
 the standard deviation of its torque relative to that of the bodies."""
@@ -68,17 +71,33 @@ def discrepancy_columns(motion: Motion, joint: int) -> np.ndarray:
 
 
 def described(robot: Robot) -> bool:
-    """Whether a description has real masses rather than the same number for all links."""
+    """Whether a description has plausible masses rather than the same number for all links."""
     masses = np.array([inertia.mass for inertia in list(robot.kinematics.inertias)[1:]])
-    return bool(masses.sum() > 0 and (len(masses) == 1 or np.ptp(masses) > 0))
+    return robot.body_units.informative and bool(len(masses) == 1 or np.ptp(masses) > 0)
 
 
 def tool(robot: Robot) -> np.ndarray:
     """Standard deviations of an undescribed tool on the flange, in the order of `INERTIAL`, shape (10,)."""
-    bodies, places = list(robot.kinematics.inertias)[1:], list(robot.kinematics.jointPlacements)[2:]
-    mass = TOOL_MASS * sum(body.mass for body in bodies)
+    return body_spread(robot, TOOL_MASS * sum(body.mass for body in list(robot.kinematics.inertias)[1:]))
+
+
+def body_spread(robot: Robot, mass: float) -> np.ndarray:
+    """Standard deviations of a body of about a mass [kg] on the flange, as in `INERTIAL`, shape (10,)."""
+    places = list(robot.kinematics.jointPlacements)[2:]
     lever = TOOL_LEVER * sum(float(np.linalg.norm(place.translation)) for place in places)
     return mass * np.array([lever**2] * 6 + [lever] * 3 + [1.0])
+
+
+def payload_errors(model: Model, motion: Motion) -> np.ndarray:
+    """Torque per standard deviation of each unknown parameter of the payload, shape (t, n, p) [N m]."""
+    robot, arm = model.robot, sum(body.mass for body in list(model.robot.kinematics.inertias)[1:])
+    errors = [np.zeros((*motion.position.shape, 0))]
+    for payload in (model.payloads[name] for name in {motion.payload} & set(model.payloads)):
+        known = dict(payload.known)
+        spread = body_spread(robot, known.get("M", PAYLOAD_MASS * arm))
+        std = [std for name, std in zip(INERTIAL, spread, strict=True) if name not in known]
+        errors.append(payload.regressor(robot, motion) * std)
+    return np.concatenate(errors, axis=2)
 
 
 class Masses(NamedTuple):
@@ -101,11 +120,11 @@ ANY = KINDS[-1]
 
 
 class Stated(NamedTuple):
-    """Torque that a description states in addition to its bodies, such as that of a spring balancer."""
+    """Torque that is stated in addition to the arm's bodies, such as that of a balancer or a payload."""
 
     columns: np.ndarray  # torque per unit of each parameter, shape (t, n, p) [N m / unit]
     torque: np.ndarray  # torque at the stated values, shape (t, n) [N m]
-    # Torque per standard deviation of each parameter, shape (t, n, p) [N m]; 0 if none is stated.
+    # Torque per standard deviation of each parameter, 0 if none is stated, and of the payload's, (t, n, q).
     errors: np.ndarray
 
     @classmethod
@@ -114,13 +133,15 @@ class Stated(NamedTuple):
         each: list[tuple[Effect, slice]] = [
             (effect, place)
             for effect, place in zip(model.effects, model.columns, strict=True)
-            if effect.smooth and not (effect.guessed or effect.of_links)
+            if effect.smooth and not (effect.guessed or effect.of_links or effect.payload)
         ]
         columns = [effect.regressor(model.robot, motion) for effect, _ in each]
         priors = [prior for _, place in each for prior in model.priors[place]]
         regressor = np.concatenate([np.zeros((*motion.position.shape, 0)), *columns], axis=2)
         std = np.array([prior.std if np.isfinite(prior.std) else 0.0 for prior in priors])
-        return cls(regressor, regressor @ np.array([prior.value for prior in priors]), regressor * std)
+        torque = regressor @ np.array([prior.value for prior in priors]) + model.known_torque(motion)
+        errors = np.concatenate([regressor * std, payload_errors(model, motion)], axis=2)
+        return cls(regressor, torque, errors)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,8 @@ load causes as much in good logs."""
 UNFITTED = 0.1
 """P above which nothing of this kind fits a log [-]: in correct logs of arms whose efforts are known it is at
 most .09; missing physics and wrong columns exceed it."""
+TOGETHER = 1.25
+"""X up to which joints fit together as well as alone [-]: 1.0 to 1.1 in simulated logs and most real ones."""
 WRONG_MASSES = -1.0
 """Log-likelihood of a joint for described relative to any masses, below which the masses are contradicted."""
 GAINS = np.linspace(-3.0, 3.0, 13)
@@ -100,6 +102,12 @@ class Reading:
         return bool(self.unfitted <= UNFITTED and np.all(self.apart <= APART))
 
     @property
+    def fits_as_well(self) -> bool:
+        """Whether each joint fits, together as well as alone: then no other geometry or order is needed."""
+        known = self.fit.variance > 0.0
+        return bool(self.fits and np.all(self.apart <= TOGETHER) and np.all(self.shares[known] <= LOST**2))
+
+    @property
     def misfits(self) -> list[int]:
         """Joints that fit only alone; or those that nothing explains, if these are most joints that move."""
         apart = np.flatnonzero(self.apart > APART).tolist()
@@ -114,14 +122,22 @@ class Reading:
         return likelihoods(self.model, self.log, rigid, Stated.of(self.model, self.log.motion), noise)
 
     @cached_property
+    def _masses(self) -> list[list[float]]:
+        """Log-likelihood that masses of each quality add to each joint of the log as it is."""
+        return [_by_masses(likely, 1.0 if self.stated else None) for likely in self.likelihoods]
+
+    @cached_property
     def evidence(self) -> "Evidence":
         """Evidence of the efforts."""
         return self.evidence_of(np.ones(self.model.robot.dof))
 
     def evidence_of(self, factor: np.ndarray, shares: np.ndarray | None = None) -> "Evidence":
         """Evidence of the efforts times factors (n,), whose shares are those of the log unless given."""
-        factors = [float(f) if self.stated else None for f in factor]
-        each = [_by_masses(likely, f) for likely, f in zip(self.likelihoods, factors, strict=True)]
+        factors = zip(self.likelihoods, self._masses, factor, strict=True)
+        each = [
+            _by_masses(likely, float(f)) if self.stated and f != 1.0 else plain
+            for likely, plain, f in factors
+        ]
         left = self.shares if shares is None else shares
         pieces = self.log.pieces
         return Evidence(by_bodies(left, pieces), np.array(each).T, pieces, described(self.model.robot))
@@ -157,6 +173,12 @@ class Evidence:
     def as_drawn(self) -> bool:
         """Whether masses as accurate as those of a drawing contradict no joint."""
         return bool(np.all(self.by_masses[0] >= WRONG_MASSES)) or not self.drawn
+
+    @property
+    def contradicted(self) -> np.ndarray:
+        """Joints whose described masses are wrong, if masses that say nothing are the most probable."""
+        wrong = np.flatnonzero(self.by_masses[0] < WRONG_MASSES)
+        return wrong if self.drawn and KINDS[int(np.argmax(self._kinds))] is ANY else wrong[:0]
 
     @property
     def agrees(self) -> bool:

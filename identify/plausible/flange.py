@@ -84,6 +84,8 @@ def _fitted(columns: Columns, log: Sampled, fit: Fit) -> tuple[np.ndarray, np.nd
 
 def body_suspicions(runs: Sequence[Recording], model: Model) -> Iterator[tuple[Recording, Suspicion]]:
     """Runs with an unstated payload, or one that contradicts what is stated, if torques are known."""
+    if len(runs) < 2:
+        return
     usable, logs, stated = sampled_torques(runs, model.robot)
     if not stated or len(usable) < 2:
         return

@@ -1,17 +1,26 @@
 """Sign and approximate size of drive gains from efforts and the torque of the described bodies."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
+from ..arm.robot import Robot
+from ..model import Model
+from ..recordings.recording import Recording
 from ..text_table import NORMAL_95, digits
 from .described_bodies import ANY, KINDS, Likelihood, mean_of_logs
 from .evidence import Reading
+from .samples import MOST, joined, sampled_torques
 from .suspicion import DECIDED, Guess
 
 TELLS = 0.35
 """Standard deviation of the logarithm up to which a size counts as known: a factor of two is two of them."""
+UNDECIDED = 1.0
+"""Relative standard deviation of an undecided gain: zero and twice the value are one of it away. A gain that
+the log determines less well is not proposed."""
 EXACT = 0.1
 """Standard deviation of the log ratio of measured and true torque: sensors are calibrated."""
 UNLIKE = float(np.log(0.05))
@@ -42,13 +51,61 @@ class Gain(NamedTuple):
     @property
     def known(self) -> bool:
         """Whether both sign and size are certain enough to be written to a file."""
+        return self.proposed and self.relative <= TELLS
+
+    @property
+    def proposed(self) -> bool:
+        """Whether the sign is certain enough, and the size known to within its standard deviation."""
         sure = max(self.positive, 1 - self.positive) >= DECIDED
-        return bool(np.isfinite(self.value) and self.relative <= TELLS and sure)
+        return bool(np.isfinite(self.value) and self.relative <= UNDECIDED and sure)
 
 
 def gains(reading: Reading) -> list[Gain]:
     """Gain of each drive."""
     return [gain_of(likely) for likely in reading.likelihoods]
+
+
+def gains_by_masses(runs: Sequence[Recording], model: Model) -> list[Gain]:
+    """Gains that the described masses make likely for currents; empty if stated or if none is likely."""
+    _, logs, stated = sampled_torques(runs, model.robot)
+    if stated or not logs:
+        return []
+    drives = gains(Reading(model, joined(logs).thinned(MOST), stated))
+    return drives if any(gain.proposed for gain in drives) else []
+
+
+def masses_sentence(drives: Sequence[Gain], robot: Robot) -> str:
+    """A sentence on gains that the described masses make likely."""
+    rows = zip(robot.joints, drives, robot.units("N m/A"), strict=True)
+    likely = [
+        f"{joint} {digits(gain.value, 3)} {unit} ± {digits(100 * NORMAL_95 * gain.relative, 2)} %"
+        for joint, gain, unit in rows
+        if gain.proposed
+    ]
+    return f"gains by the described masses (95 %): {', '.join(likely)}"
+
+
+def stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
+    """Gains and their relative standard deviations; those that are not proposed have `UNDECIDED`.
+
+    A gain that is not proposed is the geometric mean of the others: its own size in the log is too large
+    rather than too small, since friction explains most of such an effort.
+    """
+    proposed = [gain.value for gain in gains if gain.proposed]
+    usual, majority = (
+        float(np.exp(np.mean(np.log(np.abs(proposed))))),
+        float(np.sign(np.sum(np.sign(proposed)))),
+    )
+    signs = [np.sign(gain.positive - 0.5) or majority or 1.0 for gain in gains]
+    values = [gain.value if gain.proposed else sign * usual for gain, sign in zip(gains, signs, strict=True)]
+    spread = [max(gain.relative, 0.01) if gain.proposed else UNDECIDED for gain in gains]
+    return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
+
+
+def with_gains(model: Model, drives: Sequence[Gain]) -> Model:
+    """Model with these drive gains and their tolerances."""
+    gain, tolerance = (np.array(numbers) for numbers in stated_gains(drives))
+    return replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=tolerance))
 
 
 def gain_of(likely: Likelihood) -> Gain:
@@ -93,19 +150,34 @@ def effort_odds(drives: Sequence[Gain], called: str) -> dict[str, float]:
     }
 
 
+STATED_BY = "[drive] gain, or a run with a known payload"
+DATA_SHEET = (
+    "[drive] gain, the torque constant of the motor [N m/A] times the gear ratio, both on their data sheets; "
+    "or a run with a known payload"
+)
+"""How a person states a drive gain that is proposed, and one that is not."""
+
+
 def gain_guesses(joints: Sequence[str], drives: Sequence[Gain]) -> list[Guess]:
-    """One guess for each known gain, and one for all unknown gains; none if efforts are torques."""
-    why, option = "of its sign; size ± 95 %: bodies, friction", "[drive] gain, or a run with a known payload"
-    guesses, unknown = [], []
-    for joint, gain in zip(joints, drives, strict=True) if drives else ():
-        if not gain.known:
-            unknown.append(joint)
-            continue
-        size = f"{digits(gain.value)} N m ± {digits(100 * NORMAL_95 * gain.relative, 2)} %"
-        guesses.append(Guess(f"{GAIN_OF}{joint}", size, max(gain.positive, 1 - gain.positive), why, option))
-    if unknown:
-        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, why, option))
+    """Guesses of known gains, of proposed ones, and one for all others; none if efforts are torques."""
+    named = list(zip(joints, drives, strict=True)) if drives else []
+    guesses = [_size_guess(joint, gain) for joint, gain in named if gain.known]
+    guesses += [_size_guess(joint, gain) for joint, gain in named if gain.proposed and not gain.known]
+    if unknown := [joint for joint, gain in named if not gain.proposed]:
+        guesses.append(Guess(f"{GAIN_OF}{', '.join(unknown)}", "", 0.0, "", DATA_SHEET))
     return guesses
+
+
+def _size_guess(joint: str, gain: Gain) -> Guess:
+    """Guess of a gain: of its sign if its size is known, else that it is within a factor of two."""
+    why, size = "of its sign; size ± 95 %: bodies, friction", digits(gain.value)
+    sign = max(gain.positive, 1 - gain.positive)
+    if gain.known:
+        half = digits(100 * NORMAL_95 * gain.relative, 2)
+        return Guess(f"{GAIN_OF}{joint}", f"{size} N m ± {half} %", sign, why, STATED_BY)
+    within = float(2.0 * norm.cdf(np.log(2.0) / gain.relative) - 1.0)
+    words = f"{size} N m within a factor of 2, by the described masses"
+    return Guess(f"{GAIN_OF}{joint}", words, min(sign * within, DECIDED), why, STATED_BY)
 
 
 def _as_torque(likely: Likelihood, sign: float) -> float:

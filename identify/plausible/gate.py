@@ -20,7 +20,7 @@ from .misfit_times import misfit_times
 from .mistake import LogFacts
 from .samples import joined, sampled_torques
 from .search import MOST, Weighed, weigh
-from .suspicion import AT_TIMES, NONE_OF_THESE, Suspicion
+from .suspicion import AT_TIMES, NONE_OF_THESE, OTHER_MASSES, Suspicion
 from .units import encoder_steps
 
 LIKELY = 0.5
@@ -87,8 +87,10 @@ def _suspicion(weighed: Weighed, facts: LogFacts) -> Suspicion | None:
         pairs = zip(found.mistakes, found.cases, strict=True)
         cure = "; ".join(dict.fromkeys(case.cure or mistake.cure for mistake, case in pairs))
         return Suspicion(found.mistakes[0].name, names, clause, cure, weighed.probability)
-    if reading.fits or facts.servo:  # an error of servos is no measured effort
+    if facts.servo:  # an error of servos is no measured effort
         return None
+    if reading.fits:
+        return other_masses(reading, facts) if len(reading.evidence.contradicted) else None
     return at_times(reading) or (unexplained(reading, facts.joints) if reading.misfits else None)
 
 
@@ -104,6 +106,23 @@ def at_times(reading: Reading) -> Suspicion | None:
         (),
         f"{clause}; the rest of the log fits",
         "leave these times out, or estimate the force with exidyn contact",
+        None,
+    )
+
+
+def other_masses(reading: Reading, facts: LogFacts) -> Suspicion:
+    """Suspicion that the described bodies, or the unit of the efforts, are wrong: other masses fit."""
+    wrong = reading.evidence.contradicted.tolist()
+    joints = [facts.joints[j] for j in wrong]
+    ratios = [
+        f"{digits(facts.ratio[j], 2)} ({facts.joints[j]})" for j in wrong if np.isfinite(facts.ratio[j])
+    ]
+    words = f" (masses and friction require {', '.join(ratios)} times the stated torque)" if ratios else ""
+    return Suspicion(
+        OTHER_MASSES,
+        tuple(joints),
+        f"the efforts of {listed(joints)} fit bodies, but not those of the description{words}",
+        "check the unit of the efforts, the drive gains, and the masses; or another arm was recorded",
         None,
     )
 

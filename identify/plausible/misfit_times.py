@@ -12,7 +12,7 @@ LARGE = 3.0
 below twice the median over such a window."""
 MOSTLY = 0.5
 """Least share of the squared residual that lies in these times, if they are the cause of the misfit."""
-RARE = 0.5
+RARE = 0.3
 """Largest share of the log that they take up: the rest tells what is usual."""
 
 

@@ -22,7 +22,7 @@ from ..robot_files.robot_text import model_text, servo_keys
 from ..robot_files.toml_fields import block, lines
 from ..text_table import digits, paragraph, table
 from .change import with_gravity
-from .gains import GAIN_OF, Gain, gain_guesses
+from .gains import GAIN_OF, UNDECIDED, gain_guesses, stated_gains
 from .proposal import Proposal
 from .proposed_units import GRAVITY
 from .suspicion import DECIDED, Guess
@@ -30,10 +30,6 @@ from .units import at_rest
 
 STILL = 1e-3
 """A joint with a smaller range of positions does not move [rad, m]: a loaded gear bends by as much."""
-
-
-UNDECIDED = 1.0
-"""Relative standard deviation of an undecided gain: zero and twice the value are one of it away."""
 
 
 class Still(NamedTuple):
@@ -92,13 +88,14 @@ def robot_toml(
     """
     head = [hash_comment(f"Proposed by exidyn init from {log}; comments list what it did not decide.")]
     head += [hash_comment(_open_words(guess)) for guess in proposal.open]
-    known = any(gain.known for gain in proposal.gains) and bool(np.all(model.robot.drive_gain == 1.0))
-    values, tolerance = _stated_gains(proposal.gains) if known else ([], [])
-    if proposal.gains and not known:
-        gains = ", ".join(digits(gain.value) if gain.known else "?" for gain in proposal.gains)
+    proposed = any(gain.proposed for gain in proposal.gains)
+    known = proposed and bool(np.all(model.robot.drive_gain == 1.0))
+    values, tolerance = stated_gains(proposal.gains) if known else ([], [])
+    if proposed and not known:
+        gains = ", ".join(digits(gain.value) if gain.proposed else "open" for gain in proposal.gains)
         head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
     drive: dict[str, object] = {"gain": values, "gain_tolerance": tolerance} if known else {}
-    undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.known]
+    undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.proposed]
     if known and undecided:
         head.append(
             hash_comment(
@@ -130,17 +127,6 @@ def robot_toml(
         model = replace(model, robot=replace(model.robot, drive_gain=gain, drive_gain_tolerance=spread))
     model = replace(model, robot=replace(model.robot, servo=servo))
     return "\n".join(head) + "\n\n" + model_text(model)
-
-
-def _stated_gains(gains: Sequence[Gain]) -> tuple[list[float], list[float]]:
-    """Gains and their relative standard deviations; unknown gains have `UNDECIDED`.
-
-    A gain without information has the geometric mean of the known gains.
-    """
-    usual = float(np.exp(np.mean([np.log(abs(gain.value)) for gain in gains if gain.known])))
-    values = [gain.value if np.isfinite(gain.value) else usual for gain in gains]
-    spread = [max(gain.relative, 0.01) if gain.known else UNDECIDED for gain in gains]
-    return [float(f"{value:.4g}") for value in values], [float(f"{share:.2f}") for share in spread]
 
 
 def preset_toml(proposal: Proposal, log: str, rate: float | None = None, still: Still = NOTHING) -> str:

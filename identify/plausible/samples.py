@@ -1,6 +1,7 @@
 """Logs prepared for the check: low-passed, decimated, with the motion of the joints."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -64,7 +65,10 @@ def joined(logs: Sequence[Sampled]) -> Sampled:
         np.concatenate([getattr(motion, name) for motion in motions])
         for name in ("time", "position", "velocity", "acceleration")
     )
-    motion = Motion.of(time, position, velocity, acceleration)
+    payloads = {motion.payload for motion in motions}
+    # The weight of a payload that only some runs carry cannot be told from the bodies of the arm here.
+    payload = motions[0].payload if len(payloads) == 1 else ""
+    motion = Motion.of(time, position, velocity, acceleration, payload=payload)
     effort, sliding = (np.concatenate([log[place] for log in logs]) for place in (1, 2))
     return Sampled(motion, effort, sliding)
 
@@ -131,4 +135,6 @@ def sampled_run(run: Recording) -> Sampled | None:
     efforts = effort.at(time)
     if not np.isfinite(efforts).all() or np.any(np.diff(time) <= 0.0):
         return None
-    return sampled(time, position.values[known], efforts)
+    log = sampled(time, position.values[known], efforts)
+    payload = run.payload.name if run.payload else ""
+    return log._replace(motion=replace(log.motion, payload=payload))

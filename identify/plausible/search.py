@@ -4,7 +4,7 @@ Three witnesses must agree before a mistake is named: it is more probable than n
 table with which the log fits as correct logs do, and the described bodies do not contradict it.
 """
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
@@ -25,6 +25,9 @@ DEPTH = 3
 """Maximum number of mistakes in one log."""
 FINALISTS = 10
 """Number of changes of positions or order that the described bodies judge, the best by bodies of any mass."""
+CHANCE = 10.0
+"""Log odds by which bodies of any mass may fit another motion better if the log fits as it is: up to 9 in 20
+correct logs, since no model is exact."""
 FAR_BEHIND = 7.0
 """Log odds behind no mistake at which a hypothesis is not evaluated further: one in a thousand."""
 
@@ -99,14 +102,15 @@ def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = Non
     plain = Found((), (), Change(), prior + reading.evidence.log_likelihood, reading, reading.evidence)
     found, start = _of_sizes(plain, facts, table), plain
     for _ in range(DEPTH):
-        # If the log fits as it is, only sizes and signs of its efforts can be wrong.
-        if reading.fits and any(one.evidence.as_drawn and one.odds >= plain.odds for one in (plain, *found)):
+        # If joints fit together as they do alone, only sizes and signs of efforts can be wrong.
+        best = max((start, *found), key=lambda one: one.odds)
+        if start.reading.fits_as_well and best.evidence.as_drawn:
             break
         more = _of_motion(start, facts, table)
         more += _of_sizes(start, facts, table) if start.cases else _searched(plain, facts, kinds is None)
         found += more
         following = max(more, key=_first, default=start)
-        if following.right or following.odds <= start.odds:
+        if following.odds <= start.odds:
             break
         start = following
     return Weighed(plain, tuple(sorted(found, key=_first, reverse=True)))
@@ -116,15 +120,17 @@ def _first(found: Found) -> tuple[bool, float]:
     return found.right, found.odds
 
 
-def _cases(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[tuple[float, Mistake, Case]]:
-    """Log prior odds of each further mistake in a log that is corrected so far."""
+def _cases(
+    start: Found, facts: LogFacts, table: Sequence[Mistake], sizes: bool
+) -> Iterator[tuple[float, Mistake, Case]]:
+    """Log prior odds of each further mistake in a log corrected so far: of sizes of efforts, or others."""
     facts = replace(facts, log=start.reading.log)
-    cases = []
     for mistake in table:
         each = list(mistake.cases(facts))
         prior = float(np.log(mistake.prior / max(len(each), 1)))
-        cases += [(prior + facts.usual(case.change), mistake, case) for case in each]
-    return cases
+        for case in each:
+            if (case.change.factor is not None) == sizes:
+                yield prior + facts.usual(case.change), mistake, case
 
 
 def _with(
@@ -140,10 +146,9 @@ def _with(
 def _of_sizes(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[Found]:
     """Other sizes and signs of efforts: described masses judge them quickly, bodies those that remain."""
     found = []
-    for prior, mistake, case in _cases(start, facts, table):
+    for prior, mistake, case in _cases(start, facts, table, sizes=True):
         factor = case.change.factor
-        if factor is None:
-            continue
+        assert factor is not None
         reading = start.reading.changed(case.change)
         seen = start.reading.evidence_of(factor)
         one = _with(start, prior, mistake, case, reading, seen)
@@ -160,9 +165,7 @@ def _of_motion(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[
     """Other positions, orders, mixtures and gravity: the best by bodies of any mass, with their masses."""
     motions: dict[bytes, Reading] = {}  # several changes of efforts share one motion
     quick = []
-    for prior, mistake, case in _cases(start, facts, table):
-        if case.change.factor is not None:
-            continue
+    for prior, mistake, case in _cases(start, facts, table, sizes=False):
         reading = start.reading.changed(case.change)
         if case.change.position is not None and case.change.zero is None:
             first = motions.setdefault(case.change.position.tobytes(), reading)
@@ -170,9 +173,15 @@ def _of_motion(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[
         quick.append((prior + reading.quick, prior, mistake, case, reading))
     quick.sort(key=lambda one: -one[0])
     return [
-        _with(start, prior, mistake, case, reading, reading.evidence)
+        _with(start, prior - _by_chance(start, reading), mistake, case, reading, reading.evidence)
         for _, prior, mistake, case, reading in quick[:FINALISTS]
     ]
+
+
+def _by_chance(start: Found, reading: Reading) -> float:
+    """Part of a better fit of another motion that chance explains."""
+    better = float((reading.evidence.by_bodies - start.evidence.by_bodies).sum())
+    return min(max(better, 0.0), CHANCE) * start.reading.fits
 
 
 def _searched(plain: Found, facts: LogFacts, clocks: bool) -> list[Found]:

@@ -11,6 +11,8 @@ UNLESS = "What follows holds only if the input is right."
 """Words before and after a suspicion in a verdict."""
 NONE_OF_THESE = "none_of_these"
 """Name of the hypothesis of an unlisted mistake."""
+OTHER_MASSES = "other_masses"
+"""Name of the hypothesis that bodies fit, but not those of the description."""
 AT_TIMES = "at_times"
 """Name of the hypothesis of a cause that acts only at times."""
 

@@ -60,7 +60,7 @@ def read_model(
         held: Joints of a .urdf, .xacro or MJCF that are held away from zero, and their positions [rad, m].
 
     Warns:
-        RobotWarning: A link's inertia is impossible, or a nominal value is below its physical minimum.
+        RobotWarning: A link's mass or inertia is impossible, or a nominal value is below its minimum.
 
     Raises:
         RobotError: The robot or file does not exist, or is wrong.
@@ -81,7 +81,7 @@ def read_model(
     else:
         model, doubts = _parse(toml.read_text(path), path.parent, str(path))
         doubts = (*doubts, *_value_doubts(model, str(path)))
-    for doubt in doubts:
+    for doubt in (*doubts, *(f"{path}: {doubt}" for doubt in model.robot.body_units.doubts)):
         warnings.warn(doubt, RobotWarning, stacklevel=2)
     return model
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from exidyn.identification.effects import RigidBody
-from exidyn.identification.plausible.mistake import with_gravity
+from exidyn.identification.plausible.change import with_gravity
 
 from ..injected import _motion, push_torque
 from .recordings import Log

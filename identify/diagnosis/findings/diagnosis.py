@@ -41,7 +41,7 @@ class Diagnosis(InNotebook):
     Attributes:
         name: Name of the robot or case.
         joints: Names of the joints.
-        torque_units: Unit of each joint's torque, "N m" or "N".
+        torque_units: Unit of each joint's torque, "N m" or "N"; "A" if no drive gain is known.
         findings: Certain findings in order of importance; empty if nothing is missing.
         undecided: Findings without a certain name, each with its alternatives.
         remainders: Joints on which something remains that no effect of the vocabulary explains.
@@ -69,7 +69,7 @@ class Diagnosis(InNotebook):
 
     name: str
     joints: tuple[str, ...]
-    torque_units: tuple[Literal["N m", "N"], ...]
+    torque_units: tuple[Literal["N m", "N", "A"], ...]
     findings: tuple[Finding, ...]
     undecided: tuple[Finding, ...] = ()
     remainders: tuple[Remainder, ...] = ()

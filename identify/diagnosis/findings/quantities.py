@@ -14,6 +14,7 @@ from .finding import Finding, Hypothesis
 
 TURNING: Literal["N m"] = "N m"
 SLIDING: Literal["N"] = "N"
+AMPERE: Literal["A"] = "A"
 """Units of the torque or force of a joint."""
 SCALES: dict[str, tuple[float, str]] = {
     "%": (100.0, "%"),

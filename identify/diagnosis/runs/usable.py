@@ -78,12 +78,16 @@ def usable(
 def _missing(model: Model, runs: Sequence[Driven]) -> list[str]:
     """Warnings about effects that these runs cannot show, and why."""
     warnings = []
+    if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
+        warnings.append(
+            "no drive gain is known, so torques are in amperes: the runs tell kind and shape of an effect on "
+            "one joint, but neither masses nor ratios of joints. Give [drive] gain, the torque constant of "
+            "the motor [N m/A] times the gear ratio; exidyn init proposes it from the described masses"
+        )
     if all(run.role != HELD_OUT for run in runs):
         warnings.append("no run was held out, so an improved fit proves little")
     if any(np.isnan(run.motion.temperature).any() for run in runs):
         warnings.append("temperatures were not recorded: warm friction looks like a change over time")
     if not any(run.motion.payload for run in runs):
         warnings.append("no run has a known payload: errors of gains, zeros and masses look alike")
-    if runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0):
-        warnings.append("the robot file has no drive gains, so no prior on masses holds: give [drive] gain")
     return warnings

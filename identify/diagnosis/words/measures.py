@@ -16,22 +16,23 @@ from ..candidates import kind_of
 from ..findings.axes import AXES
 from ..findings.diagnosis import Diagnosis
 from ..findings.finding import Finding
-from ..findings.quantities import SLIDING, TURNING, with_interval
+from ..findings.quantities import AMPERE, SLIDING, TURNING, with_interval
 from ..findings.size import OF_A_CURVE, LeftOut, Size
 from .naming import effect_words, joined
 
 BESIDE = "other parameters can absorb all of its torque but {} (root mean square)"
-TorqueUnit = Literal["N m", "N"]
+TorqueUnit = Literal["N m", "N", "A"]
 
 
-def torque_units(robot: Robot) -> tuple[TorqueUnit, ...]:
-    """Unit of each joint's torque or force."""
-    return tuple(TURNING if turning else SLIDING for turning in robot.revolute)
+def torque_units(robot: Robot, measures: str) -> tuple[TorqueUnit, ...]:
+    """Unit of each joint's torque or force; amperes on revolute joints if no drive gain is known."""
+    turning = AMPERE if measures == "current" and np.all(robot.drive_gain == 1.0) else TURNING
+    return tuple(turning if revolute else SLIDING for revolute in robot.revolute)
 
 
 def revolute(diagnosis: Diagnosis, joint: int) -> bool:
     """Whether a joint is revolute."""
-    return diagnosis.torque_units[joint] == TURNING
+    return diagnosis.torque_units[joint] != SLIDING
 
 
 def slides(diagnosis: Diagnosis, finding: Finding) -> bool:

@@ -87,6 +87,18 @@ def test_the_mass_of_a_payload_is_as_uncertain_as_the_gains_that_the_model_was_i
     assert abs(mass.value - 3.0) <= NORMAL_95 * mass.std
 
 
+def test_gains_that_nobody_states_are_those_of_the_described_masses_and_cause_no_finding():
+    """In amperes, joints that share a body contradict each other, which looks like many effects."""
+    stated = nominal_model()
+    bare = replace(
+        stated, stated={}, robot=replace(stated.robot, drive_gain=np.ones(2), inertias_stated=False)
+    )
+    diagnosis = diagnose(bare, [(role, replace(run, model=bare)) for role, run in record([], {})])
+    assert not diagnosis.findings
+    assert diagnosis.torque_units == ("N m", "N m")
+    assert "as uncertain as the gains by the described masses" in diagnosis.warnings[0]
+
+
 def test_where_no_gain_is_stated_friction_is_found_in_amperes():
     """No gain scales it: nothing determines one where masses are free."""
     stated = nominal_model()
@@ -100,3 +112,5 @@ def test_where_no_gain_is_stated_friction_is_found_in_amperes():
     [one] = found.findings
     assert (one.effect, one.joints) == ("stribeck_friction", (1,))
     assert one["Fs2"].value == pytest.approx(2.0 / two_joints.GAIN[1], rel=0.05)
+    assert found.torque_units == ("A", "A")
+    assert found.warnings[0].startswith("no drive gain is known, so torques are in amperes")

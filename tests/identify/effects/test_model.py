@@ -95,7 +95,7 @@ def test_load_is_what_the_gears_transmit_with_the_nominal_values(robot):
 def test_a_description_of_geometry_alone_states_no_inertia():
     """Its masses of zero are not known to be zero: a fit is free, and nothing is off nominal."""
     geometry = parse_model("[[mdh]]\n[[mdh]]\nalpha = 1.5\nd = 0.3\n").robot
-    assert not RigidBody().priors(geometry)
+    assert all(np.isinf(prior.std) for prior in RigidBody().priors(geometry).values())
     one = parse_model("[[mdh]]\n[[mdh]]\nalpha = 1.5\nd = 0.3\nM = 2.0\n").robot
     assert RigidBody().priors(one)["M1"].std == 0.0
     assert RigidBody().priors(one)["M2"].std > 0.0

@@ -53,6 +53,7 @@ def test_pybullet_has_the_gravity_torque_of_pinocchio(robot, tmp_path):
     np.testing.assert_allclose(torque, expected, atol=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.filterwarnings("ignore:.*radius of gyration")  # the inertia is drawn at random
 def test_links_state_their_mass_and_the_base_stays(tmp_path):
     root = ElementTree.fromstring(FORMATS["urdf"].text(portable(six_axis())))
     mass = {link.get("name"): link.find("inertial/mass") for link in root.findall("link")}

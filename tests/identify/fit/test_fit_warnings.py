@@ -4,17 +4,19 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from exidyn.identification.document.text import section_markdown
 from exidyn.identification.errors import DifferentRobot, RecordingError
+from exidyn.identification.fit.equations import Equations, assemble
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, read_fit
 from exidyn.identification.fit.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import JointState, joint_verdicts, payload_centres, verdict
 from exidyn.identification.pages.fit_document import fit_document, report_html, summary
-from exidyn.identification.preparation.prepare import Filtering, choose
+from exidyn.identification.preparation.prepare import Filtering, choose, prepare
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 
 from ...parts.small import two_joints
@@ -31,6 +33,12 @@ def silent(recording: Recording) -> Recording:
     return replace(recording, model=two_joints.model(gain=np.ones(2)))
 
 
+def equations(fitted: Fit) -> Equations:
+    """Equations of the run without payload, for the parameters of a fit."""
+    prepared = prepare(replace(run("empty"), model=fitted.model), fitted.filtering)
+    return assemble(fitted.model, fitted.base, [prepared])
+
+
 @cache
 def amperes() -> Fit:
     return identify([silent(run("empty"))])
@@ -45,6 +53,8 @@ def found() -> Fit:
 def test_amperes_are_not_called_newton_metres():
     assert amperes().measures == "current"
     assert verdict(amperes())[0].startswith(SCALE)
+    [proposal] = [warning for warning in amperes().warnings if "gains by the described masses" in warning]
+    assert all(joint in proposal for joint in amperes().model.robot.joints)
     assert [warning for warning in amperes().warnings if warning.startswith(SCALE)] == [verdict(amperes())[0]]
     assert len(set(verdict(amperes()))) == len(verdict(amperes()))
     text, page = summary(amperes()), report_html(amperes())
@@ -142,24 +152,58 @@ def test_gains_far_from_those_stated_point_to_the_mass(ratio, warned):
 
 @pytest.mark.parametrize(("deviations", "warned"), [(-2.1, True), (-1.9, False), (5.0, False)])
 def test_a_negative_friction_is_impossible(deviations, warned):
-    values = np.array(fit().estimate.values)
-    values[fit().names.index("Fv2")] = deviations * fit().estimate.std[fit().names.index("Fv2")]
-    warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
+    values = np.array(plain_fit().estimate.values)
+    values[plain_fit().names.index("Fv2")] = (
+        deviations * plain_fit().estimate.std[plain_fit().names.index("Fv2")]
+    )
+    warnings = impossible_values(
+        replace(plain_fit(), estimate=replace(plain_fit().estimate, values=values)), equations(plain_fit())
+    )
     assert [d.startswith("Fv2 is negative (-0.") for d in warnings] == [True] * warned
     assert all("try --estimator consistent" in d for d in warnings)
 
 
-def test_friction_below_zero_points_to_signs_and_regrouped_values_may_be_negative():
-    values = np.array(fit().estimate.values)
+def test_friction_below_zero_alone_is_no_wrong_sign():
+    values = np.array(plain_fit().estimate.values)
     for name in ("Fc2", "Fv2"):
-        values[fit().names.index(name)] = -100 * fit().estimate.std[fit().names.index(name)]
-    [warning] = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    assert warning.startswith("Fv2, Fc2 of elbow are negative: its torque has the wrong sign")
-    values = -1e3 * np.abs(fit().estimate.values)
-    warnings = impossible_values(replace(fit(), estimate=replace(fit().estimate, values=values)))
-    named = {
-        name for warning in warnings for name in warning.partition(" is ")[0].partition(" of ")[0].split(", ")
-    }
+        values[plain_fit().names.index(name)] = -100 * plain_fit().estimate.std[plain_fit().names.index(name)]
+    negative = replace(plain_fit(), estimate=replace(plain_fit().estimate, values=values))
+    warnings = impossible_values(negative, equations(plain_fit()))
+    assert [warning.partition(" ")[0] for warning in warnings] == ["Fv2", "Fc2"]
+    assert not any("reverse" in warning for warning in warnings)
+
+
+@pytest.mark.parametrize("joints", [[0], [1], [0, 1]])
+def test_a_sign_is_advised_if_the_reversed_torque_fits_as_well(joints):
+    recording = run("empty")
+    [name] = {"current", "torque"} & set(recording.signals)
+    signal, sign = recording.signals[name], np.ones(2)
+    sign[joints] = -1.0
+    turned = replace(signal, values=sign * signal.values)
+    wrong = identify([replace(recording, signals={**recording.signals, name: turned})], as_recorded=True)
+    advised = [warning for warning in wrong.warnings if "its sign is wrong" in warning]
+    for joint, robot_joint in enumerate(recording.robot.joints):
+        assert any(robot_joint in warning for warning in advised) == (joint in joints)
+
+
+def test_a_tilted_base_is_no_wrong_sign():
+    """Gravity in another direction spoils friction and rotor inertia, and no reversal repairs them."""
+    recording = run("empty")
+    for tilt in np.radians([20.0, 45.0, 70.0]):
+        kinematics = recording.robot.kinematics.copy()
+        kinematics.gravity = pin.Motion(9.81 * np.array([np.sin(tilt), 0.0, -np.cos(tilt)]), np.zeros(3))
+        model = replace(recording.model, robot=replace(recording.robot, kinematics=kinematics))
+        tilted = identify([recording], model=model, as_recorded=True)
+        assert not any("its sign is wrong" in warning for warning in tilted.warnings)
+
+
+def test_regrouped_values_may_be_negative():
+    values = -1e3 * np.abs(plain_fit().estimate.values)
+    warnings = impossible_values(
+        replace(plain_fit(), estimate=replace(plain_fit().estimate, values=values)), equations(plain_fit())
+    )
+    names = {word.strip(",") for warning in warnings for word in warning.split()}
+    named = names & set(plain_fit().names)
     assert {"Fv1", "Fc2"} <= named
     assert not [name for name in named if name.startswith(("M", "Off")) or name.endswith("R")]
 

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from exidyn.acquire.command_line import main
@@ -42,6 +43,20 @@ def test_nominal_values_that_are_off_do_not_overrule_the_data(tolerance):
     assert exporting(replace(found, model=sure)).moved == ()
 
 
+@pytest.mark.parametrize("masses", [(1.0, 1e-4), (1e-4, 1.0), (0.02, 0.02), (1e-5, 1e-5), (1e3, 1e3)])
+@pytest.mark.parametrize("inertia", [1.0, 1e6])
+@pytest.mark.parametrize("tolerance", [1e-3, 0.1])
+def test_bodies_in_wrong_units_and_placeholders_do_not_move_the_fit(masses, inertia, tolerance):
+    fitted = plain_fit()
+    robot = fitted.model.robot
+    kinematics = robot.kinematics.copy()
+    for joint, mass in enumerate(masses, 1):
+        body = kinematics.inertias[joint]
+        kinematics.inertias[joint] = pin.Inertia(mass * body.mass, body.lever, mass * inertia * body.inertia)
+    other = replace(robot, kinematics=kinematics, inertial_tolerance=tolerance)
+    assert exporting(replace(fitted, model=replace(fitted.model, robot=other))).moved == ()
+
+
 def test_what_no_arm_can_have_is_named_with_what_is_taken(impossible):
     [friction] = [one for one in impossible.moved if one.name == "Fv1"]
     std = impossible.estimate.std[impossible.names.index("Fv1")]
@@ -53,6 +68,15 @@ def test_what_no_arm_can_have_is_named_with_what_is_taken(impossible):
     )
     assert "Exported otherwise\n" in summary(impossible)
     assert "Exported otherwise" in report_html(impossible)
+
+
+@pytest.mark.parametrize(
+    ("share", "words"), [(1.0, "no residual shows"), (0.1, "the runs contain an effect")]
+)
+def test_inconsistent_values_are_a_missing_effect_only_if_a_residual_shows_it(impossible, share, words):
+    runs = tuple(replace(run, noise=share * run.residual_rms) for run in impossible.agreement)
+    [sentence] = [line for line in verdict(replace(impossible, agreement=runs)) if "inconsistent" in line]
+    assert words in sentence
 
 
 @pytest.mark.parametrize(("rows", "value"), [([0], 0.0), ([0, 1, 2], None), (slice(None), 0.0)])

@@ -7,6 +7,9 @@ import pytest
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.rigid_regressor import rigid_regressor
+from exidyn.identification.effects import Payload
+from exidyn.identification.effects.payload import known_parameters
+from exidyn.identification.effects.rigid_body import inertial_parameters, with_bodies
 from exidyn.identification.effects.spring_balancer import SpringBalancer
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import verdict
@@ -14,8 +17,8 @@ from exidyn.identification.plausible.change import with_gravity
 from exidyn.identification.plausible.gate import doubts, suspect
 from exidyn.identification.plausible.samples import sampled_run
 from exidyn.identification.plausible.shares import Columns
-from exidyn.identification.plausible.suspicion import NONE_OF_THESE
-from exidyn.identification.recordings.recording import Recording, Signal
+from exidyn.identification.plausible.suspicion import AT_TIMES, NONE_OF_THESE, OTHER_MASSES
+from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.logs import cobot_log, kr270_log, short_log
@@ -116,7 +119,38 @@ def test_another_robot_is_not_explained():
     other, log = read_model("kr270"), cobot_log()
     suspicion = suspect([recording(log.position, log.current, other)], other)
     assert suspicion is not None
-    assert suspicion.name == NONE_OF_THESE
+    assert suspicion.name in (NONE_OF_THESE, OTHER_MASSES)
+
+
+def test_mistakes_that_no_list_has_are_composed():
+    """A joint that counts the other way, an elbow against the ground, and both at once."""
+    turned = scaled(LOG.position, 2, -1.0), scaled(LOG.current, 2, -1.0)
+    suspicion = suspect([recording(*turned)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.what.startswith("joint3 counts the other way")
+    ground = LOG.position.copy()
+    ground[:, 2] += ground[:, 1]
+    suspicion = suspect([recording(ground)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.what == "the position of joint3 is the sum of joint3 and joint2"
+    both = suspect([recording(scaled(ground, 3, 180 / np.pi))], LOG.model)
+    assert both is not None
+    assert {"the position of joint4 is in degrees", suspicion.what} == set(both.what.split("; "))
+
+
+def test_two_clocks_and_a_push_are_told_from_wrong_columns():
+    drift = 0.012 * LOG.time
+    late = np.stack([np.interp(LOG.time - drift, LOG.time, column) for column in LOG.current.T], axis=1)
+    suspicion = suspect([recording(current=late)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.name == "two_clocks"
+    assert "differ by 1.2" in suspicion.what
+    pushed = LOG.current.copy()
+    rows = (LOG.time > 8.0) & (LOG.time < 9.5)
+    pushed[rows] += 0.5 * LOG.current.std(axis=0)
+    suspicion = suspect([recording(current=pushed)], LOG.model)
+    assert suspicion is not None
+    assert suspicion.name == AT_TIMES
 
 
 def test_mistakes_of_two_signs_of_scales_and_of_weight_are_named():
@@ -170,3 +204,25 @@ def test_columns_that_nothing_tells_apart_change_nothing():
 def motion_of(position):
     velocity = np.gradient(position, LOG.time, axis=0)
     return Motion.of(LOG.time, position, velocity, np.gradient(velocity, LOG.time, axis=0))
+
+
+HEAVY = known_parameters(20.0, (0.05, 0.1, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("known", "unit", "named"),
+    [(HEAVY, 1.0, ""), (HEAVY[-1:], 1.0, ""), ((), 1.0, ""), (HEAVY, 1.0 / 0.113, "lbf in")],
+)
+def test_a_stated_payload_counts_as_a_part_of_the_masses(known, unit, named):
+    """A light arm with more than its own mass on the flange has the efforts of a heavy arm."""
+    bodies = 0.3 * np.array([inertial_parameters(body) for body in list(ARM.kinematics.inertias)[1:]])
+    light = {name: prior._replace(value=0.3 * prior.value) for name, prior in LOG.model.stated.items()}
+    arm = replace(LOG.model, robot=with_bodies(ARM, bodies), stated=light)
+    loaded = arm + Payload("L", HEAVY)
+    acceleration = np.gradient(LOG.velocity, LOG.time, axis=0)
+    motion = loaded.loaded(Motion.of(LOG.time, LOG.position, LOG.velocity, acceleration, payload="L"))
+    torque = unit * loaded.torque(motion, loaded.nominal_values)
+    signals = {"torque": Signal(LOG.time, torque), "position": Signal(LOG.time, LOG.position)}
+    run = Recording("log", arm, signals, KnownPayload("L", known))
+    suspicion = suspect([run], arm + Payload("L", known))
+    assert named in suspicion.what if named else suspicion is None
