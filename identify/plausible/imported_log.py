@@ -111,7 +111,9 @@ def imported(
     except BadTime as error:
         raise BadTime(f"{error}. {RATE}" if error.fact else str(error)) from error
     if (count := sum(len(run.signals["position"]) for run in runs)) < FEWEST:
-        raise RecordingError(f"{count} samples with time, positions and efforts; {FEWEST} are needed")
+        raise RecordingError(
+            f"{count} samples with time, positions and efforts; {FEWEST} are needed. Record a motion, not poses"
+        )
     return runs
 
 

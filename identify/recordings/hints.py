@@ -122,8 +122,8 @@ def _works(
     position = longest.signals["position"].values
     if np.any(beyond_limits(model.robot.limits, position)[~model.robot.revolute] > BEYOND_LIMITS):
         return False
-    if hint.options.get("units", {}).get("position") == "%":
-        return bool(np.max(beyond_limits(model.robot.limits, position)) < BEYOND_LIMITS)
-    if "time" not in units["units"]:
+    if "time" in hint.options.get("units", {}) and (longest.duration < SHORTEST or len(position) < FEWEST):
+        return False
+    if hint.options.get("units", {}).get("position") != "%":
         return True
-    return longest.duration >= SHORTEST and len(position) >= FEWEST
+    return bool(np.max(beyond_limits(model.robot.limits, position)) < BEYOND_LIMITS)
