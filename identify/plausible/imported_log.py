@@ -112,7 +112,7 @@ def imported(
         raise BadTime(f"{error}. {RATE}" if error.fact else str(error)) from error
     if (count := sum(len(run.signals["position"]) for run in runs)) < FEWEST:
         raise RecordingError(
-            f"{count} samples with time, positions and efforts; {FEWEST} are needed. Record a motion, not poses"
+            f"{count} samples with time, positions and efforts; {FEWEST} are needed: record a motion"
         )
     return runs
 
