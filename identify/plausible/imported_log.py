@@ -93,7 +93,7 @@ def imported(
     """
     robot = replace(model.robot, servo=None)  # import would multiply the errors of servos by its gain
     as_is = {
-        name: Reading(readings[name].column, [*robot.units(SIGNALS[name])])
+        name: Reading(readings[name].column, readings[name].unit or [*robot.units(SIGNALS[name])])
         for name in EFFORT
         if name in readings
     }
@@ -111,7 +111,9 @@ def imported(
     except BadTime as error:
         raise BadTime(f"{error}. {RATE}" if error.fact else str(error)) from error
     if (count := sum(len(run.signals["position"]) for run in runs)) < FEWEST:
-        raise RecordingError(f"{count} samples with time, positions and efforts; {FEWEST} are needed")
+        raise RecordingError(
+            f"{count} samples with time, positions and efforts; {FEWEST} are needed: record a motion"
+        )
     return runs
 
 

@@ -241,12 +241,14 @@ def _astray(chosen: Mapping[str, Family], log: Log) -> dict[str, str]:
 def _time(names: Sequence[str], values: np.ndarray) -> int:
     """Index of the time column: one with such a name, else the only one that always increases."""
     steps = np.diff(values, axis=0)
-    rising = np.flatnonzero(np.mean(steps > 0, axis=0) > RISING).tolist()
+    rising = np.flatnonzero(np.sum(steps > 0, axis=0) > RISING * len(steps)).tolist()
     stamps = [k for k in range(len(names)) if STAMPS.intersection(words_of(names[k]))]
-    called = [k for k in stamps if k in rising] or [k for k in stamps if np.mean(steps[:, k] >= 0) > RISING]
+    # Import says what is wrong with stamps that do not increase.
+    steady = [k for k in stamps if np.sum(steps[:, k] >= 0) > RISING * len(steps)]
+    called = [k for k in stamps if k in rising] or steady or stamps
     candidates = called[:1] or rising
-    if not candidates or (len(candidates) > 1 and not called):
-        raise no_time(names, values, len(rising))
+    if len(candidates) != 1:
+        raise no_time(len(rising))
     return candidates[0]
 
 

@@ -5,45 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arm.robot import Robot
-from ..errors import BadTime, NotFinite, NotRecorded, RecordingError
+from ..errors import NotFinite, NotRecorded, RecordingError
 from ..recordings.effort_checks import unmeasured_words
 from ..recordings.recording_findings import LARGEST, is_number
-from ..recordings.steps_back import advice, steps_back
-from ..recordings.tables.column_names import STAMPS, families, words_of
+from ..recordings.tables.column_names import families
 from ..recordings.tables.name_index import column_words, named_joints
-from ..text_table import digits
 
 RATE = "or state the sampling rate: exidyn init --rate HZ"
 
 
-def no_time(names: Sequence[str], values: np.ndarray, rising: int) -> RecordingError:
-    """Error if no column of values (t, c) can be time: none has such a name, or those do not increase.
-
-    `rising` is the number of columns that always increase.
-    """
-    called = [k for k, name in enumerate(names) if STAMPS.intersection(words_of(name))]
-    moving = [k for k in called if len(values) > 1 and np.any(np.diff(values[:, k]) > 0)]
-    if moving:
-        return _goes_back(names[moving[0]], values[:, moving[0]], np.delete(values, called, axis=1))
-    if called:
-        return BadTime(f"column {names[called[0]]} does not increase at all; name the time column, {RATE}")
+def no_time(rising: int) -> RecordingError:
+    """Error for a log without a column called time; `rising` is the number of columns that increase."""
     name = f"Name it: exidyn init --columns time=NAME; {RATE}" if rising else RATE.removeprefix("or ")
     return RecordingError(
         f"no column of time: {rising} columns increase, none of which is called time. {name}"
-    )
-
-
-def _goes_back(name: str, time: np.ndarray, others: np.ndarray) -> RecordingError:
-    """Error for a time column (t,) that does not increase, beside others (t, c); rows count from 1."""
-    back = steps_back(time)
-    if not len(back):
-        lost = int(np.sum(~np.isfinite(time)))
-        return BadTime(f"column {name} is not a number in {lost} of {len(time)} rows; leave them out, {RATE}")
-    first = int(back[0])
-    return BadTime(
-        f"column {name} does not increase at {len(back)} of {len(time) - 1} steps, first from "
-        f"{digits(time[first])} in row {first + 1} to {digits(time[first + 1])} in row {first + 2}. "
-        f"{advice(time, others)}"
     )
 
 
@@ -78,7 +53,9 @@ def not_found(quantity: str, signals: Sequence[str], names: Sequence[str], robot
             f"{text}The log has {fewer} joints: name the {fewer} in a robot.toml (urdf = ..., joints = "
             "[...]), and give that file as --robot"
         )
-    return RecordingError(f"{text}Name them: --columns SIGNAL=NAME,...; or add those of another file")
+    # Fewer columns than time, positions and efforts cannot have all of them under other names.
+    name = "Name them: --columns SIGNAL=NAME,...; or add" if len(names) > 2 * robot.dof else "Add"
+    return RecordingError(f"{text}{name} those of another file")
 
 
 def _fewer(signals: Sequence[str], names: Sequence[str], robot: Robot) -> int:

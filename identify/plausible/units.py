@@ -174,7 +174,8 @@ def encoder_odds(step: np.ndarray, scale: np.ndarray) -> float:
             visible.
         scale: Radians per unit, shape (n,).
     """
-    bits = np.log2(2 * np.pi / (scale * step)[step > 0.0])
+    angles = scale * step
+    bits = np.log2(2 * np.pi / angles[angles > 0.0])
     return BINARY * float(np.mean(np.abs(bits - np.round(bits)) < SAME_BITS)) if len(bits) else 0.0
 
 
@@ -192,7 +193,10 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
     odds = {}
     for time, position in product(TIME, angles):
         scale, _ = affine(robot, position, values)
-        base = _stated(time, stated.time, TIME) + _stated(_named(position, place), stated.position, known)
+        base = _stated(time, stated.time, TIME)
+        for unit, units in zip(pair(position), (TURNING, SLIDING), strict=True):
+            named = "".join(word for word in stated.position.split() if word in units)
+            base += _stated(TRAVEL if position == TRAVEL else unit, named, units)
         base += NORMALIZED * (position == TRAVEL) + UNUSUAL_PAIR * _is_unusual(robot, position)
         base += log_normal(1.0 / (seen.period * TIME[time]), RATE[0], np.log(RATE[1]))
         for kind in filter(np.any, (robot.revolute, ~robot.revolute)):

@@ -68,7 +68,9 @@ def import_with_hints(
             raise
         if "rate" in works[0].options:
             raise type(error)(f"{error}: {works[0].text}") from error
-        text = "; or ".join(f"like {hint.words}: {hint.text}" for hint in works[:2])
+        # Angles may be in degrees or percent; of lengths, the first that is within the limits counts.
+        shown = works[: 2 if model.robot.revolute.all() else 1]
+        text = "; or ".join(f"like {hint.words}: {hint.text}" for hint in shown)
         raise type(error)(f"{error.fact}. It looks {text}") from error
 
 
@@ -92,7 +94,10 @@ def _positions(robot: Robot, degrees: bool) -> Iterator[Hint]:
     """Units of positions of an arm, as controllers have them; `degrees` are stated for revolute joints."""
     revolute = robot.revolute
     if not revolute.all():
-        for turning in ("deg", *["rad"] * (not degrees)) if revolute.any() else ("",):
+        if revolute.any() and not degrees:
+            yield Hint("degrees and meters", {"degrees": True})
+        # An arm in degrees moves farther than any in radians, which is then refused.
+        for turning in (*["rad"] * (not degrees), "deg") if revolute.any() else ("",):
             unit = [turning if turns else "mm" for turns in revolute.tolist()]
             words = "degrees and millimeters" if turning == "deg" else "millimeters"
             yield Hint(words, {"units": {"position": unit if turning else "mm"}})
@@ -115,8 +120,10 @@ def _works(
     if longest is None:
         return False
     position = longest.signals["position"].values
-    if hint.options.get("units", {}).get("position") == "%":
-        return bool(np.max(beyond_limits(model.robot.limits, position)) < BEYOND_LIMITS)
-    if "time" not in units["units"]:
+    if np.any(beyond_limits(model.robot.limits, position)[~model.robot.revolute] > BEYOND_LIMITS):
+        return False
+    if "time" in hint.options.get("units", {}) and (longest.duration < SHORTEST or len(position) < FEWEST):
+        return False
+    if hint.options.get("units", {}).get("position") != "%":
         return True
-    return longest.duration >= SHORTEST and len(position) >= FEWEST
+    return bool(np.max(beyond_limits(model.robot.limits, position)) < BEYOND_LIMITS)

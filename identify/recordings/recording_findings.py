@@ -14,6 +14,9 @@ SLOWEST = 0.5
 """Maximum median period of positions or currents [s]. At 2 Hz an arm's motion is not resolved, but any usual
 period in milliseconds (500 Hz: 2.0) exceeds this number."""
 
+POSES = 100
+"""Number of slow samples below which they are single poses, as from a pendant, and no log in milliseconds."""
+
 TURNS_WITH_LIMITS = 4 * np.pi
 """Maximum position of a limited joint [rad]: two turns each way, twice the range of common wrists. If the
 robot's own limit is higher, the maximum is 1.5 times that limit."""
@@ -139,7 +142,9 @@ def _bad_time(name: str, signal: Signal) -> Iterator[Finding]:
         yield Finding(
             BadUnit,
             f"{name} comes every {signal.period:g} s, at most {SLOWEST} s can be followed",
-            "Is time in another unit than seconds? Or record more samples of the motion than single poses",
+            f"{len(signal)} single poses are no motion: record the samples between them too"
+            if len(signal) < POSES
+            else "Is time in another unit than seconds?",
             True,
         )
 

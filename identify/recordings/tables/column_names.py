@@ -28,7 +28,7 @@ class Family(NamedTuple):
     names: tuple[str, ...]  # names of the columns
     by_name: bool  # whether joint names distinguish the columns; otherwise numbers do
     signal: str  # signal that the words mean; "" if unknown, "other" for a signal that is not read
-    unit: str  # key of `UNITS` that the name states, or ""
+    unit: str  # key of `UNITS` that the name states, or ""; several if those of the joints differ
 
 
 def words_of(name: str) -> list[str]:
@@ -81,9 +81,25 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
 
     Arguments are those of `joints_named`; `joints` are all joints of the robot.
     """
+    groups = _families(names, names, joints, numbered)
+    used = {place for family in groups for place in family.places}
+    # Units in names differ if some joints turn and others slide.
+    bare = ["" if place in used else stated_unit(name)[0] for place, name in enumerate(names)]
+    mixed = [
+        family
+        for family in _families(names, bare, joints, numbered)
+        if len({stated_unit(name)[1] for name in family.names} - {""}) > 1
+    ]
+    return sorted(groups + mixed, key=lambda family: min(family.places))
+
+
+def _families(
+    names: Sequence[str], shown: Sequence[str], joints: Sequence[str], numbered: Sequence[str]
+) -> list[Family]:
+    """Groups of columns by the names that are shown, "" for those that are left out."""
     groups: dict[str, dict[int, int]] = {}
-    for place, name in enumerate(names):
-        for pattern, key in _readings(name, joints, numbered):
+    for place, name in enumerate(shown):
+        for pattern, key in _readings(name, joints, numbered) if name else ():
             groups.setdefault(pattern, {})[key] = place
     complete: list[Family] = []
     used: set[int] = set()
@@ -104,8 +120,9 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
                 used.update(places)
                 named = tuple(names[place] for place in places)
                 title = pattern if len(keys) == n else f"{named[0]} to {named[-1]}"
-                complete.append(Family(title, places, named, by_name, signal_of(bare), unit_of(bare)))
-    return sorted(complete, key=lambda family: min(family.places))
+                unit = unit_of(bare) or " ".join(dict.fromkeys(filter(None, map(unit_of, named))))
+                complete.append(Family(title, places, named, by_name, signal_of(bare), unit))
+    return complete
 
 
 def _readings(name: str, joints: Sequence[str], numbered: Sequence[str]) -> Iterator[tuple[str, int]]:

@@ -389,6 +389,15 @@ def test_units_that_are_stated_are_not_guessed(options):
     require(read_recording("log.mcap"), current=LOG.current)
 
 
+def test_gains_belong_to_currents_in_the_stated_unit():
+    write("log.csv", PLAIN | columns("i{k}", 1e3 * LOG.current))
+    run = imported("log.csv", "--units", "current=mA")
+    require(run, current=LOG.current)
+    decided, stated = known_gains(json.loads(Path("found.json").read_text()))
+    assert decided.any()
+    assert np.all(np.abs(np.log(stated / LOG.model.robot.drive_gain))[decided] < 0.7)
+
+
 def test_a_unit_of_no_signal_and_options_of_tables_are_refused(capsys):
     error = refused(capsys, "init", "log.csv", "--robot", "arm.urdf", "--units", "temperature=K")
     assert "the log has no temperature; it has position, current" in error

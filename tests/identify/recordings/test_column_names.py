@@ -63,3 +63,12 @@ def test_numbers_stand_for_joints():
 def test_joints_of_which_a_file_has_positions_alone_are_told_from_those_it_does_not_have(effort):
     names = ["t", "- elbow_position", "- wrist_position", *effort]
     assert joints_named(names, ("wheel", "elbow", "wrist", "finger")) == ["elbow", "wrist"]
+
+
+def test_units_of_joints_may_differ_in_names():
+    names = ["t", "rail_pos [mm]", "arm_pos [deg]", "rail_torque [N]", "arm_torque [Nm]"]
+    found = families(names, ("rail", "arm"))
+    assert [(family.signal, family.unit, family.places) for family in found] == [
+        ("position", "mm deg", (1, 2)),
+        ("torque", "", (3, 4)),
+    ]

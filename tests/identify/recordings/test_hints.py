@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -46,6 +47,7 @@ def write(path, time, position):
         (rail(last=True), [180 / np.pi, 1e3], 1.0, "--units position=deg,mm"),
         (rail(last=False), [1e3, 180 / np.pi], 1.0, "--units position=mm,deg"),
         (rail(last=False), [1e3, 1.0], 1.0, "--units position=mm,rad"),
+        (rail(last=False), [1.0, 180 / np.pi], 1.0, "--degrees"),
     ],
 )
 def test_the_hint_makes_the_log_readable(tmp_path, arm, scale, second, option, monkeypatch):
@@ -60,10 +62,19 @@ def test_the_hint_makes_the_log_readable(tmp_path, arm, scale, second, option, m
     assert main(["import", "run.csv", "--robot", "arm.urdf", "-o", "run.mcap", *shlex.split(hint)]) == 0
 
 
-def test_ten_poses_are_no_motion_in_milliseconds(tmp_path):
-    path = write(tmp_path / "poses.csv", 5.0 * np.arange(10), MOTION[::30])
-    with pytest.raises(BadUnit, match=r"at most 0\.5 s can be followed.*than single poses") as error:
-        import_source(path, model())
+def with_limits() -> Model:
+    """The small arm with limits, so that positions may be percent of its travel."""
+    arm = model()
+    limits = replace(arm.robot.limits, position_lower=np.full(2, -3.0), position_upper=np.full(2, 3.0))
+    return replace(arm, robot=replace(arm.robot, limits=limits))
+
+
+@pytest.mark.parametrize("arm", [model(), with_limits(), rail(last=True)])
+@pytest.mark.parametrize("count", [10, 60])
+def test_poses_are_no_motion_in_milliseconds(tmp_path, arm, count):
+    path = write(tmp_path / "poses.csv", 5.0 * np.arange(count), MOTION[:: len(MOTION) // count])
+    with pytest.raises(BadUnit, match=r"at most 0\.5 s can be followed.*single poses are no motion") as error:
+        import_source(path, arm)
     assert "--" not in str(error.value)
 
 
