@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,15 +61,35 @@ def likely_units(log: Log, robot: Robot, stated: Units, fixed: Units) -> Units:
     return max(odds, key=lambda units: odds[units])
 
 
+class Signs(NamedTuple):
+    """Signs of the columns of each joint."""
+
+    position: list[float]
+    effort: list[float]
+
+    @property
+    def by_signal(self) -> dict[str, list[float]]:
+        """Signs of each signal of a recording that has them."""
+        return dict.fromkeys(("position", "velocity"), self.position) | dict.fromkeys(EFFORT, self.effort)
+
+
 def readings_of(
-    columns: Mapping[str, Sequence[str]], units: Units, robot: Robot, position: np.ndarray
+    columns: Mapping[str, Sequence[str]],
+    units: Units,
+    robot: Robot,
+    position: np.ndarray,
+    signs: Signs | None = None,
 ) -> dict[str, Reading]:
     """Reading of each signal in these columns; `position` are values of the positions, shape (t, n)."""
     angle = units_of(robot, units.position, position=position)
     rate = units_of(robot, units.velocity, "/s")
     unit = {"position": angle, "command": angle, "link_position": angle}
     unit |= {"velocity": rate, "command_velocity": rate} if units.velocity else {}
-    readings = {signal: Reading([*names], unit.get(signal, "")) for signal, names in columns.items()}
+    sign = {} if signs is None else signs.by_signal
+    readings = {
+        signal: Reading([*names], unit.get(signal, ""), sign.get(signal, 1.0))
+        for signal, names in columns.items()
+    }
     return readings | {"time": Reading(columns["time"][0], units.time)}
 
 

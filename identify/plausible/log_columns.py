@@ -42,7 +42,7 @@ class LogColumns(NamedTuple):
     def restored(self, proposal: Proposal) -> Proposal:
         """Proposal with the names of the file, and gains per unit that the import uses."""
         readings = {
-            signal: Reading(self._originals(reading.column), reading.unit)
+            signal: Reading(self._originals(reading.column), reading.unit, reading.sign)
             for signal, reading in proposal.readings.items()
         }
         gains = proposal.gains

@@ -92,3 +92,5 @@ class Mistake:
     cases: Callable[[LogFacts], Iterator[Case]]  # function that yields the cases of the mistake for a log
     # Whether it is tested even if the log fits, because bodies of any mass can hide it.
     always: bool = False
+    # Whether it differs from another one only in size or sign of efforts, so that their unit must be known.
+    of_sizes: bool = False

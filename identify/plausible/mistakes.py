@@ -27,7 +27,7 @@ SERVO = "state it: [drive] gain in robot.toml"
 CLOCK = "align the clocks of the two sources, or record both with one clock"
 
 TABLE = (
-    Mistake("joint_direction", 0.006, TURN_BOTH, joints.turned(Side.BOTH)),
+    Mistake("joint_direction", 0.006, TURN_BOTH, joints.turned(Side.BOTH), of_sizes=True),
     Mistake("position_sign", 0.004, TURN_POSITION, joints.turned(Side.POSITION)),
     Mistake("effort_sign", 0.005, TURN, joints.turned(Side.EFFORT)),
     Mistake("two_effort_signs", 0.001, TURN, joints.turned(Side.EFFORT, 2)),
@@ -49,7 +49,7 @@ TABLE = (
     Mistake("position_unit", 0.005, UNIT, sizes.position_units),
     Mistake("percent_of_travel", 0.004, TRAVEL, sizes.shares_of_travel, always=True),
     Mistake("position_scale", 0.002, SCALE, sizes.position_scales),
-    Mistake("gear_ratio", 0.002, GEAR, sizes.gear_ratios),
+    Mistake("gear_ratio", 0.002, GEAR, sizes.gear_ratios, of_sizes=True),
     Mistake("effort_unit", 0.012, STATE, sizes.effort_units, always=True),
     Mistake("effort_factor", 0.003, STATE, sizes.unknown_factors, always=True),
     Mistake("torque_constants", 0.004, STATE, sizes.torque_constants, always=True),

@@ -124,7 +124,7 @@ def propose(
     tables, robot = values if isinstance(values, list) else [values], model.robot
     meaning = _meaning(names, tables, model, joints)
     require_used(stated, list(meaning.chosen))
-    runs, log, (units, order, reading, gravity, more, doubt, doubted) = _weighed(
+    runs, log, (units, order, reading, gravity, more, doubt, doubted, signs) = _weighed(
         names, tables, meaning, model, stated, source
     )
     scale, offset = affine(robot, units.position, log.values["position"])
@@ -152,7 +152,7 @@ def propose(
     notes += [doubt] * bool(doubt) + [BY_SERVO] * meaning.servo
     columns = {s: tuple(f.names[k] for k in order) for s, f in signals.items() if s not in astray}
     columns = {"time": (names[meaning.clock],), **columns}
-    readings = readings_of(columns, units, robot, log.values["position"])
+    readings = readings_of(columns, units, robot, log.values["position"], signs)
     return Proposal(
         with_stated(readings, permuted(stated, order)),
         units,

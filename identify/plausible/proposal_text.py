@@ -144,6 +144,8 @@ def preset_toml(proposal: Proposal, log: str, rate: float | None = None, still: 
             continue
         keys: dict[str, object] = {"column": reading.column}
         keys |= {"unit": _alike(reading.unit)} if reading.unit else {}
+        signs = [int(sign) for sign in np.ravel(reading.sign)]
+        keys |= {"sign": signs} if -1 in signs else {}
         keys |= {"sign": -1} if signal == "torque" and proposal.against else {}
         blocks.append(block(f"[{signal}]", keys))
     if still.column:

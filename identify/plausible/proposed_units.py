@@ -14,7 +14,7 @@ from ..text_table import digits, percent
 from .change import Change, scaled, with_gravity
 from .evidence import Reading
 from .gains import TORQUE, effort_odds, gains
-from .imported_log import Log
+from .imported_log import Log, Signs
 from .joint_mistakes import order_of
 from .mistake import LogFacts
 from .samples import sampled
@@ -32,6 +32,7 @@ SHAPES = frozenset(
         "exchanged_positions",
         "exchanged_efforts",
         "position_sign",
+        "joint_direction",
         "position_scale",
         "sum_of_positions",
         "no_gravity",
@@ -39,6 +40,8 @@ SHAPES = frozenset(
     }
 )
 """Mistakes that can be detected with any unit of the efforts."""
+DIRECTIONS = frozenset({"position_sign", "joint_direction"})
+"""Mistakes that signs in a preset correct."""
 GRAVITY = "direction of gravity"
 """Question that a guess of the mounting answers."""
 
@@ -63,6 +66,7 @@ class Proposed(NamedTuple):
     guesses: list[Guess]  # guesses with their probabilities
     doubt: str  # sentence on another probable mistake, or ""
     doubted: tuple[int, ...]  # indices of the joints that the doubt concerns
+    signs: Signs | None  # signs of positions and efforts if joints count the other way
 
 
 def joint_odds(log: Log, model: Model, stated: Units, fixed: Units = FREE) -> dict[Units, float]:
@@ -118,11 +122,15 @@ def propose_units(
         if guess.decided:
             gravity = tuple(direction.tolist())
             reading = replace(reading, model=with_gravity(model, direction))
-    if order != tuple(range(len(order))):
+    signs, turned = _directions(weighed, reading)
+    if order == tuple(range(len(order))):
+        reading = turned
+    else:
         matrix = np.eye(len(order))[list(order)]
         reading = reading.changed(Change(position=matrix, effort=matrix))
     units = best if "velocity" in why else best._replace(velocity="")
-    return Proposed(units, order, reading, gravity, guesses, *_doubt(weighed))
+    doubt, doubted = _doubt(weighed)
+    return Proposed(units, order, reading, gravity, guesses, doubt, () if signs else doubted, signs)
 
 
 def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
@@ -169,6 +177,20 @@ def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
     return f"{found.cases[0].clause} (probability {percent(weighed.probability)}): {cure}", found.joints
 
 
+def _directions(weighed: Weighed, reading: Reading) -> tuple[Signs | None, Reading]:
+    """Signs of positions and efforts, and the log with them, if joints certainly count the other way."""
+    found = weighed.named
+    kinds = set() if found is None else {mistake.name for mistake in found.mistakes}
+    if found is None or not kinds <= DIRECTIONS or weighed.probability <= DECIDED:
+        return None, reading
+    assert found.change.position is not None
+    turned = reading.changed(Change(position=found.change.position))
+    position = np.diag(found.change.position)
+    against = np.array([gain.positive < 1.0 - DECIDED for gain in gains(turned)])
+    effort = np.where((position < 0.0) & against, -1.0, 1.0)
+    return Signs(position.tolist(), effort.tolist()), turned.changed(Change(effort=scaled(effort)))
+
+
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:
     """Guess of the position unit, adjusted for the probability of an unlisted unit or a scale factor.
 
@@ -176,10 +198,12 @@ def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: W
     """
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     other = other_unit_odds(seen, robot, log.values["position"], units)
-    among = 1.0 if weighed.plain.reading.fits else float(1 / (1 + np.exp(other)))
+    fits = weighed.plain.reading.fits or weighed.named is not None
+    among = 1.0 if fits else float(1 / (1 + np.exp(other)))
     if among < 0.5:
         return replace(guess, value="", probability=0.0, option="positions in radians or meters")
-    _, scaled = _likeliest(weighed, frozenset({"position_scale"}))
+    found, scaled = _likeliest(weighed, frozenset({"position_scale"}))
+    scaled = scaled if found is not None and found.right else 0.0
     return replace(guess, probability=guess.probability * among * (1.0 - scaled))
 
 

@@ -98,6 +98,7 @@ class Weighed:
 def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = None) -> Weighed:
     """Test a log for all mistakes in the table, or for some kinds, and for no mistake."""
     table = [mistake for mistake in TABLE if kinds is None or mistake.name in kinds]
+    table = [mistake for mistake in table if reading.stated or not mistake.of_sizes]
     prior = float(np.log1p(-sum(mistake.prior for mistake in table)))
     plain = Found((), (), Change(), prior + reading.evidence.log_likelihood, reading, reading.evidence)
     found, start = _of_sizes(plain, facts, table), plain

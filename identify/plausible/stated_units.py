@@ -77,7 +77,7 @@ def with_stated(readings: Mapping[str, Reading], stated: Stated) -> dict[str, Re
     return {
         signal: reading
         if (unit := unit_of_signal(stated, signal)) is None
-        else Reading(reading.column, unit[0] if len(set(unit)) == 1 else unit)
+        else Reading(reading.column, unit[0] if len(set(unit)) == 1 else unit, reading.sign)
         for signal, reading in readings.items()
     }
 
