@@ -180,15 +180,20 @@ def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
 def _directions(weighed: Weighed, reading: Reading) -> tuple[Signs | None, Reading]:
     """Signs of positions and efforts, and the log with them, if joints certainly count the other way."""
     found = weighed.named
-    kinds = set() if found is None else {mistake.name for mistake in found.mistakes}
-    if found is None or not kinds <= DIRECTIONS or weighed.probability <= DECIDED:
+    if not _only_turned(weighed) or found is None or found.change.position is None:
         return None, reading
-    assert found.change.position is not None
     turned = reading.changed(Change(position=found.change.position))
     position = np.diag(found.change.position)
     against = np.array([gain.positive < 1.0 - DECIDED for gain in gains(turned)])
     effort = np.where((position < 0.0) & against, -1.0, 1.0)
     return Signs(position.tolist(), effort.tolist()), turned.changed(Change(effort=scaled(effort)))
+
+
+def _only_turned(weighed: Weighed) -> bool:
+    """Whether joints that count the other way certainly are the only mistake."""
+    found = weighed.named
+    kinds = set() if found is None else {mistake.name for mistake in found.mistakes}
+    return bool(kinds) and kinds <= DIRECTIONS and weighed.probability > DECIDED
 
 
 def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: Weighed) -> Guess:
@@ -198,7 +203,7 @@ def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: W
     """
     seen = moves(log.time, log.values["position"], log.values.get("velocity"))
     other = other_unit_odds(seen, robot, log.values["position"], units)
-    fits = weighed.plain.reading.fits or weighed.named is not None
+    fits = weighed.plain.reading.fits or _only_turned(weighed)
     among = 1.0 if fits else float(1 / (1 + np.exp(other)))
     if among < 0.5:
         return replace(guess, value="", probability=0.0, option="positions in radians or meters")
