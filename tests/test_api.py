@@ -222,7 +222,7 @@ def test_a_fit_is_saved_read_exported_and_reported(fit, tmp_path):
     assert fit.export("urdf", tmp_path / "arm.urdf") == (tmp_path / "arm.urdf").read_text()
     assert "<html" in fit.report(tmp_path / "fit.html").read_text()
     assert "base parameters were identified" in fit.verdict
-    with pytest.raises(ExidynError, match="unknown key 'usd'. Valid keys: .*isaaclab"):
+    with pytest.raises(ExidynError, match="unknown key 'usd'. Valid keys: .*mjcf"):
         fit.export("usd")
     with pytest.raises(ExidynError, match="expected a Fit or a Diagnosis"):
         ex.report("fit", tmp_path / "no.html")

@@ -39,7 +39,6 @@ from .result import Result
     (
         "exidyn export exidyn-fit/fit.json --to urdf --payload L --output loaded.urdf",
         "exidyn export exidyn-fit/fit.json --to mjcf --patch arm.xml",
-        "exidyn export arm-identified.xml --to isaaclab",
         "exidyn export run.mcap --to csv",
     ),
     (

@@ -3,13 +3,9 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from .isaac import FEATURES as OF_ISAAC
-from .isaac import isaac
 from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
-from .mjlab import FEATURES as OF_MJLAB
-from .mjlab import mjlab
 from .portable import Portable
 from .sdf import FEATURES as OF_SDF
 from .sdf import sdf
@@ -35,8 +31,6 @@ OF_TOML = tuple(feature for feature in FEATURES if feature not in NOT_IN_TOML)
 FORMATS: dict[str, Format] = {
     "urdf": Format(urdf, OF_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
-    "isaaclab": Format(isaac, OF_ISAAC, ".py"),
-    "mjlab": Format(mjlab, OF_MJLAB, ".py"),
     "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, OF_TOML, ".toml"),

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..arm.robot import Robot
-from ..effects import Effect, StribeckFriction, name_of
+from ..effects import Effect, name_of
 from ..fit.base_parameters import rich_motion
 from ..measurements import measurement_name
 from ..model import Model
@@ -23,26 +23,13 @@ ROUNDING = 1e-12
 def left_out(portable: Portable, features: Collection[str]) -> list[str]:
     """One sentence for each part of the model that a format with these features leaves out.
 
-    Formats with springs represent a constant torque by the rest position of the joint's spring. Formats with
-    static friction represent `StribeckFriction` but for the velocity over which it fades.
+    Formats with springs represent a constant torque by the rest position of the joint's spring.
     """
     if "stiffness" in features:
         alone = np.where(portable.joints.stiffness != 0.0, 0.0, portable.joints.constant)
         portable = replace(portable, joints=replace(portable.joints, constant=alone))
-    if "static" in features:
-        portable = _without_stribeck(portable)
     missing = (describe for name, describe in FEATURES.items() if name not in features)
     return [*portable.remarks, *(sentence for describe in missing for sentence in describe(portable))]
-
-
-def _without_stribeck(portable: Portable) -> Portable:
-    """The model without Stribeck friction, and with a remark on the velocity over which it fades."""
-    stribeck = [effect for effect, _ in portable.others if isinstance(effect, StribeckFriction)]
-    others = tuple(pair for pair in portable.others if not isinstance(pair[0], StribeckFriction))
-    remarks = [
-        f"the velocity over which stribeck_friction fades: {effect.fade:.4g} rad/s" for effect in stribeck
-    ]
-    return replace(portable, others=others, remarks=(*portable.remarks, *dict.fromkeys(remarks)))
 
 
 def _amounts(robot: Robot, values: np.ndarray, unit: str) -> str:

@@ -33,14 +33,10 @@ STILL = 1e-3
 
 
 class Still(NamedTuple):
-    """Joints that stand still.
+    """Joints that stand still."""
 
-    Attributes:
-        position: Joint -> its constant position [rad, m].
-        column: Position column -> lower and upper limit of the values, in the unit of the log.
-    """
-
-    position: Mapping[str, float] = MappingProxyType({})
+    position: Mapping[str, float] = MappingProxyType({})  # joint -> its constant position [rad, m]
+    # Position column -> lower and upper limit of the values, in the unit of the log.
     column: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
 

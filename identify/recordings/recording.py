@@ -55,14 +55,10 @@ def _set_arrays(value: object, **arrays: np.ndarray) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """One quantity of all joints at its own rate.
+    """One quantity of all joints at its own rate."""
 
-    Attributes:
-        time: Time since the start of the run, shape (t,) [s].
-        values: Values in the unit of `SIGNALS`, shape (t, n); a joint that was not measured is always NaN.
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # time since the start of the run, shape (t,) [s]
+    # Values in the unit of `SIGNALS`, shape (t, n); a joint that was not measured is always NaN.
     values: np.ndarray
 
     def __post_init__(self) -> None:
@@ -99,14 +95,10 @@ class Signal:
 
 @dataclass(frozen=True)
 class KnownPayload:
-    """A payload on the flange and its known parameters.
+    """A payload on the flange and its known parameters."""
 
-    Attributes:
-        name: Name of the payload, which the names of its unknown parameters contain.
-        known: Names in `INERTIAL` and values, about the flange's origin in its axes; all, or (("M", 175.0),).
-    """
-
-    name: str = "L"
+    name: str = "L"  # name of the payload, which the names of its unknown parameters contain
+    # Names in `INERTIAL` and values, about the flange's origin in its axes; all, or (("M", 175.0),).
     known: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -176,37 +168,25 @@ class ControllerState:
 
 @dataclass(frozen=True, eq=False)
 class Recording(InNotebook):
-    """One run of one arm; `recording_checks.check` reports whether it is plausible.
+    """One run of one arm; `recording_checks.check` reports whether it is plausible."""
 
-    Attributes:
-        name: Name of the run.
-        model: Nominal model when the run was recorded.
-        signals: Name in `SIGNALS` -> signal; at least "position" and one of `EFFORT`.
-        payload: Payload on the flange; None if there was none.
-        trajectory: Text of the trajectory's file; empty if there was none.
-        settings: Role, controller, source and further information about the run.
-        host_time: Host clock at each position sample, shape (t,) [ns]; None if it was not recorded.
-        events: Events in the order of time.
-        timing: Timing of the control loop; None if it was not recorded.
-        controller: State of the controller; None if its driver reads none.
-        outcome: Properties of the end of the run, by name; empty if unknown.
-        warnings: Warnings, one sentence each.
-        recorded: Whether exidyn wrote the file. Implausible content is then evidence of a fault, and causes a
-            warning; in files of other tools it indicates a wrong unit, and is refused.
-    """
-
-    name: str
-    model: Model
-    signals: Mapping[str, Signal]
-    payload: KnownPayload | None = None
-    trajectory: str = ""
+    name: str  # name of the run
+    model: Model  # nominal model when the run was recorded
+    signals: Mapping[str, Signal]  # name in `SIGNALS` -> signal; at least "position" and one of `EFFORT`
+    payload: KnownPayload | None = None  # payload on the flange; None if there was none
+    trajectory: str = ""  # text of the trajectory's file; empty if there was none
+    # Role, controller, source and further information about the run.
     settings: Mapping[str, str] = field(default_factory=dict)
+    # Host clock at each position sample, shape (t,) [ns]; None if it was not recorded.
     host_time: np.ndarray | None = None
-    events: tuple[Event, ...] = ()
-    timing: Timing | None = None
-    controller: ControllerState | None = None
+    events: tuple[Event, ...] = ()  # events in the order of time
+    timing: Timing | None = None  # timing of the control loop; None if it was not recorded
+    controller: ControllerState | None = None  # state of the controller; None if its driver reads none
+    # Properties of the end of the run, by name; empty if unknown.
     outcome: Mapping[str, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()  # warnings, one sentence each
+    # Whether exidyn wrote the file. Implausible content is then evidence of a fault, and causes a warning; in
+    # files of other tools it indicates a wrong unit, and is refused.
     recorded: bool = False
 
     def __post_init__(self) -> None:

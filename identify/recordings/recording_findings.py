@@ -50,21 +50,13 @@ LONGEST = 1e9
 
 
 class Finding(NamedTuple):
-    """Implausible content.
+    """Implausible content."""
 
-    Attributes:
-        kind: Type of the error if the file is from another tool.
-        fact: The implausible value, and the limit that it exceeds.
-        advice: Advice about such a file; may be empty.
-        curable: Whether an option of the import, such as a unit, may be the cure.
-        time: Time of the first affected sample [s]; None if there is no such sample.
-    """
-
-    kind: type[RecordingError]
-    fact: str
-    advice: str
-    curable: bool = False
-    time: float | None = None
+    kind: type[RecordingError]  # type of the error if the file is from another tool
+    fact: str  # the implausible value, and the limit that it exceeds
+    advice: str  # advice about such a file; may be empty
+    curable: bool = False  # whether an option of the import, such as a unit, may be the cure
+    time: float | None = None  # time of the first affected sample [s]; None if there is no such sample
 
     def error(self, name: str) -> RecordingError:
         """Error for the recording with this name."""

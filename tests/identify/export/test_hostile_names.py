@@ -1,24 +1,17 @@
 """Exports of an arm whose names are code: every format parses, holds the names, and runs nothing."""
 
-import ast
-import builtins
 import json
-import re
 import tomllib
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import mujoco
-import numpy as np
 import pytest
 
-from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.robot_files.commented import commented_text
 from exidyn.identification.robot_files.robot_file import parse_model
 from exidyn.quoting import one_line
 
-from ...parts.config_stand_ins import run
 from ...parts.runs.simulated import known
 from ...parts.small.hostile_names import NAMES, model, values
 
@@ -34,29 +27,6 @@ def text_of(name, arm):
     text = FORMATS[name].text(arm)
     FORMATS[name].leaves_out(arm)
     return text.encode().decode()
-
-
-PYTHON = {
-    "isaaclab": {"DelayedPDActuatorCfg"},
-    "mjlab": {"BuiltinPositionActuatorCfg"},
-}
-"""Format -> classes that its Python calls."""
-
-
-@pytest.mark.parametrize("name", PYTHON)
-def test_python_is_literals_only(name, arm, monkeypatch):
-    law = ServoLaw.of(*np.full((3, 2), 3.0), np.array([0.02, 0.04]))
-    text, called = text_of(name, replace(arm, servos=law)), []
-    monkeypatch.setattr(builtins, "exidyn_was_here", lambda: called.append(True), raising=False)
-    calls = [node.func.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
-    assert set(calls) == {"round", *PYTHON[name]}
-    made = run(text, monkeypatch)
-    assert not called
-    assert made["ROBOT"] == arm.robot.name
-    actuators = made["ACTUATORS"] if name == "mjlab" else made["ACTUATORS"].values()
-    key = "target_names_expr" if name == "mjlab" else "joint_names_expr"
-    patterns = [pattern for actuator in actuators for pattern in getattr(actuator, key)]
-    assert [bool(re.fullmatch(p, j)) for p, j in zip(patterns, arm.robot.joints, strict=True)] == [True] * 2
 
 
 @pytest.mark.parametrize("name", ["urdf", "sdf", "mjcf"])
