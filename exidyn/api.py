@@ -513,7 +513,7 @@ def export(fit: Fit, format: str, path: Path | str | None = None, payload: str =
 
     Args:
         fit: The fit.
-        format: Name in `FORMATS`, such as urdf, mjcf, sdf, json or toml.
+        format: Name in `FORMATS`, such as urdf, mjcf, json or toml.
         path: File to write.
         payload: Name of a payload of the model that becomes part of the last link.
 

@@ -82,11 +82,7 @@ def compensate_command(args: Namespace) -> Result:
 
 
 def _servos(path: Path, joints: Sequence[str]) -> ServoLaw:
-    """Law of the position servos of an MJCF.
-
-    Raises:
-        FitError: Not all joints have one.
-    """
+    """Law of the position servos of an MJCF."""
     law = servo_law(compile_mjcf(path), joints)
     if law is None:
         raise FitError(f"--robot {path}: not every joint of the fit has a position servo there")
@@ -94,11 +90,7 @@ def _servos(path: Path, joints: Sequence[str]) -> ServoLaw:
 
 
 def _paths(output: Path | None, feedforward: Feedforward) -> list[Path]:
-    """Files to write.
-
-    Raises:
-        FitError: The ending is neither .py nor .hpp.
-    """
+    """Files to write."""
     if output is None:
         stem = file_stem(feedforward.robot.name, "robot")
         return [Path(f"{stem}-feedforward".replace("-", "_") + ending) for ending in ENDINGS]

@@ -103,11 +103,7 @@ def _servos_of_file(source: str, robot: Robot) -> ServoLaw | None:
 
 
 def _check_patch(args: Namespace) -> None:
-    """Refuse options that exclude --patch.
-
-    Raises:
-        RobotError: If the format is not MJCF, or there is a payload, which the arm's file does not contain.
-    """
+    """Refuse options that exclude --patch."""
     if args.patch is None:
         return
     if args.to != "mjcf":

@@ -144,12 +144,7 @@ def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
 
 
 def _summary(recording: Recording, seconds: float) -> str:
-    """Duration, speed of the simulation, and largest deviations from the commands.
-
-    Args:
-        recording: Recording of the simulation.
-        seconds: Computing time [s].
-    """
+    """Duration, speed of the simulation, and largest deviations from the commands."""
     joints, units = recording.robot.joints, _units(recording)
     deviations = zip(joints, _largest_deviations(recording), units, strict=True)
     text = ", ".join(f"{joint} {digits(deviation)} {unit}" for joint, deviation, unit in deviations)

@@ -132,12 +132,7 @@ def _friction(effort: Effort) -> Judgement:
 def _gravity(
     effort: Effort, friction: Judgement, travel: Travel, model: Model, payload: str
 ) -> tuple[Judgement, tuple[float, float]]:
-    """Mean torque of there and back, in which friction cancels, compared with the nominal torque at rest.
-
-    Returns:
-        The judgement, and the interval of that torque [N m], which includes the friction, since it may differ
-        between the directions.
-    """
+    """Mean torque of there and back, in which friction cancels, compared with the nominal torque at rest."""
     name, unit = "gravity torque", effort.unit
     nominal = float(torque_at_rest(model, effort.middle[None], payload)[0, travel.joint])
     nominal = nominal if abs(nominal) > ROUNDING else 0.0

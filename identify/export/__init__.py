@@ -7,8 +7,6 @@ from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
 from .portable import Portable
-from .sdf import FEATURES as OF_SDF
-from .sdf import sdf
 from .texts import NOT_IN_TOML, json, toml
 from .urdf import FEATURES as OF_URDF
 from .urdf import urdf
@@ -31,7 +29,6 @@ OF_TOML = tuple(feature for feature in FEATURES if feature not in NOT_IN_TOML)
 FORMATS: dict[str, Format] = {
     "urdf": Format(urdf, OF_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
-    "sdf": Format(sdf, OF_SDF, ".sdf"),
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, OF_TOML, ".toml"),
 }

@@ -82,12 +82,7 @@ def _lacks(effect: Effect, wanted: Portable, values: np.ndarray) -> bool:
 
 
 def _require_possible(effect: Effect, model: Any) -> None:
-    """Refuse effects that callbacks cannot apply.
-
-    Raises:
-        RobotError: If the torque depends on acceleration, or the effect has a memory and the integrator
-            evaluates trial steps.
-    """
+    """Refuse effects that callbacks cannot apply."""
     if not effect.massless:
         raise RobotError(
             f"{name_of(effect)} depends on acceleration across joints, which MuJoCo's callbacks cannot add "
@@ -101,11 +96,7 @@ def _require_possible(effect: Effect, model: Any) -> None:
 
 
 def _require_callbacks(model: Any, data: Any) -> None:
-    """Refuse models and data that MuJoCo itself does not step.
-
-    Raises:
-        RobotError: If they belong to MJX or Warp.
-    """
+    """Refuse models and data that MuJoCo itself does not step."""
     mujoco = optional("mujoco", PURPOSE, "mujoco")
     if not isinstance(model, mujoco.MjModel) or not isinstance(data, mujoco.MjData):
         kinds = f"{type(model).__module__}.{type(model).__name__}"

@@ -129,11 +129,7 @@ def _within(filtering: Filtering, fit: Fit | None) -> Filtering:
 
 
 def _require_gains(arm: Model, prepared: Sequence[Prepared]) -> None:
-    """Refuse currents without drive gains, of which no mass follows.
-
-    Raises:
-        FitError: Currents were recorded and no gain is stated.
-    """
+    """Refuse currents without drive gains, of which no mass follows."""
     if prepared[0].measures == "current" and np.all(arm.robot.drive_gain == 1.0):
         raise FitError(
             f"{arm.robot.name}: currents were recorded and no drive gains are known, so no mass follows from "

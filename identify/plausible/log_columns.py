@@ -149,11 +149,7 @@ def _rivals(
 def _columns_of_arm(
     columns: Columns, places: Mapping[str, Sequence[int]]
 ) -> tuple[list[list[int]], set[int], list[str]]:
-    """Arrays with more columns than joints, if no other columns have the positions.
-
-    Returns:
-        Indices of the arm's columns in each array, indices of the other columns, and notes.
-    """
+    """Arrays with more columns than joints, if no other columns have the positions."""
     table, robot = columns.table, columns.robot
     groups = families(table.names, robot.joints, table.joints)
     if table.joints or "position" not in places and any(family.signal == "position" for family in groups):

@@ -164,14 +164,6 @@ def _real_share(late: np.ndarray, number: np.ndarray, values: np.ndarray) -> tup
 
     On the clock by which it was taken, a position lies on a cubic through its neighbors. On the regular clock
     its residual is the motion during the jitter if the jitter is real, and zero if it is not.
-
-    Args:
-        late: Delay of the stamps behind the regular clock, in its periods, shape (t,).
-        number: Numbers of the samples, shape (t,).
-        values: Values of the samples, shape (t, n).
-
-    Returns:
-        Share of the jitter, its standard deviation, and share of samples in motion in which jitter matters.
     """
     weights = _cubic(number.astype(float))
     velocity = (values[4:] - values[:-4]) / (number[4:] - number[:-4])[:, None]

@@ -100,7 +100,7 @@ def sdformat() -> str:
 def sdformat_problem() -> str:
     if problem := program_problem("pkg-config") or program_problem("g++"):
         return problem
-    return "" if sdformat() else "no libsdformat, and nothing else reads SDF"
+    return "" if sdformat() else "no libsdformat, which reads URDF as Gazebo does"
 
 
 @cache

@@ -84,11 +84,7 @@ class Delivery:
             self._report(value)
 
     def _feasible(self, coefficients: np.ndarray) -> tuple[tuple[Fourier, ...], TorqueSpread | None]:
-        """Series inside all limits, with a torque band wide enough for the required share of sampled arms.
-
-        Raises:
-            Infeasible: The series do not fit.
-        """
+        """Series inside all limits, with a torque band wide enough for the required share of sampled arms."""
         setting, goal = self._setting, self._goal
         while True:
             feasible = tuple(

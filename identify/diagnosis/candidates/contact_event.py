@@ -131,16 +131,7 @@ def _pushed(
     starts: np.ndarray,
     duration: float,
 ) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-    """Start [s], force (3,) [N] and gains (n,) of windows of one duration, solved at once.
-
-    Args:
-        flange_torque: Motor torque per unit of force in the run.
-        residual: Residual of the run, shape (r, n) [N m].
-        weight: Information of each row, shape (r, n) [1/(N m)^2].
-        stiffness: Inverse square of the expected force [1/N^2].
-        starts: Start times of the windows, shape (w,) [s].
-        duration: Duration of the windows [s].
-    """
+    """Start [s], force (3,) [N] and gains (n,) of windows of one duration, solved at once."""
     if not len(starts):
         return
     count = int(np.ceil(duration / float(np.median(np.diff(flange_torque.time))))) + 1

@@ -88,13 +88,7 @@ def _fastest(velocity: np.ndarray, cutoff: float) -> float:
 
 
 def _peaks(position: np.ndarray, residual: np.ndarray, fastest: float) -> Iterator[tuple[float, int]]:
-    """Waves per turn with most power in a residual (r,) over position (r,) [rad], and their number.
-
-    Args:
-        position: Position of a joint, shape (r,) [rad].
-        residual: Residual of the joint, shape (r,) [N m].
-        fastest: Waves per turn above which the filter has removed the torque.
-    """
+    """Waves per turn with most power in a residual (r,) over position (r,) [rad], and their number."""
     waves, power = _spectrum(position, residual, fastest)
     if not len(waves):
         return

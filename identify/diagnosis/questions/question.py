@@ -89,13 +89,7 @@ def _fitted(eliminated: Eliminated, alike: Sequence[tuple[Candidate, Thinned]]) 
 def _compared(
     prediction: Prediction, linear: np.ndarray, square: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k).
-
-    Args:
-        prediction: Prediction without the candidates.
-        linear: Product of each effect with the residual, whitened, shape (k, i, n).
-        square: Square of each effect, whitened, shape (k, i, n).
-    """
+    """Errors of blocks (i, k, n), their residuals along each effect (i, k), and squared effects (i, k)."""
     noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
     linear, square = (np.swapaxes(product, 0, 1) / prediction.scale**2 for product in (linear, square))
     errors = np.maximum(prediction.errors - 2.0 * linear + square, 1e-12)
@@ -122,14 +116,7 @@ def _surprise(prediction: Prediction, errors: np.ndarray, candidate: Candidate, 
 def _relief(
     prediction: Prediction, change: np.ndarray, fits: Fitted, candidates: Sequence[Candidate]
 ) -> np.ndarray:
-    """Gain in log probability of the priors with each candidate, its own expected size included, (i,).
-
-    Args:
-        prediction: Prediction without the candidates.
-        change: Decrease of the unknowns with each candidate, shape (i, b).
-        fits: Fitted coefficients.
-        candidates: Candidates, i of them.
-    """
+    """Gain in log probability of the priors with each candidate, its own expected size included, (i,)."""
     rows, values, known = prediction.rows, prediction.values, prediction.stated
     before, after = ((x - rows.mean)[..., known] / rows.std[known] for x in (values, values - change))
     expected = np.array([candidate.expected is not None for candidate in candidates])

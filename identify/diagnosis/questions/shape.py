@@ -108,12 +108,7 @@ def _together(prediction: Prediction, start: Answer, runs: Sequence[Driven]) -> 
 
 
 def _choice(tried: Sequence[tuple[float, float]], extent: float) -> float:
-    """Log of the number of values of a parameter that blocks distinguish within its range.
-
-    Args:
-        tried: Distance of each tried value from the best, and its loss in log probability.
-        extent: Range of the parameter, in the unit of the distances.
-    """
+    """Log of the number of values of a parameter that blocks distinguish within its range."""
     distinguished = [(distance, loss) for distance, loss in tried if loss > APART]
     if not distinguished:
         return 0.0

@@ -10,7 +10,7 @@ from exidyn.identification.export import FORMATS
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.runs.robots import six_axis, sliding
-from .test_sdf import portable, read_by_libsdformat
+from ...parts.sdf import portable, read_by_libsdformat
 
 WITH_WORLD = """<robot name="arm">
 <link name="world"/><link name="stand"/><link name="first"><inertial><mass value="2"/>
