@@ -22,7 +22,6 @@ from exidyn.acquire.run.simulated import simulated
 from exidyn.identification.contact.bandwidth import BANDWIDTH
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.contact.contact import contact as _contact
-from exidyn.identification.contact.contact_file import write_contact
 from exidyn.identification.contact.observer import Observer
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose as _diagnose
@@ -563,7 +562,6 @@ METHODS: dict[type, dict[str, Any]] = {
         "report": report,
     },
     Feedforward: {"python": python_file, "cpp": cpp_file, "save": save_feedforward},
-    Contact: {"save": write_contact},
     Diagnosis: {
         "verdict": property(verdict),
         "model": property(model_with_findings),

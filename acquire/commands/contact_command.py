@@ -8,7 +8,6 @@ import numpy as np
 
 from exidyn.identification.contact.alarms import Alarm
 from exidyn.identification.contact.contact import Contact, contact, torque_unit
-from exidyn.identification.contact.contact_file import write_contact
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
@@ -26,7 +25,6 @@ from ..arguments.options import (
     require_file,
     view_options,
 )
-from ..run.recorder import require_free
 from ..terminal.json_output import write_whole
 from .result import Result
 
@@ -43,7 +41,6 @@ usual hour between false alarms on, the extrapolation is short."""
     (
         "exidyn contact run.mcap --fit exidyn-fit/fit.json --free other.mcap",
         "exidyn contact run.mcap --fit exidyn-fit/fit.json -o external.csv",
-        "exidyn contact run.mcap --fit exidyn-fit/fit.json --free other.mcap -o contact.mcap",
     ),
     (
         Option("run RUN", "recording (.mcap), or table (.csv)", Path),
@@ -55,8 +52,7 @@ usual hour between false alarms on, the extrapolation is short."""
         ),
         output_option(
             "FILE",
-            meaning="write external torques and flange force as a table (.csv), or into a copy of the "
-            "recording (.mcap)",
+            meaning="write external torques and flange force as a table (.csv)",
         ),
         JSON,
         *view_options("torques, and the force on the moving arm,"),
@@ -71,11 +67,9 @@ def contact_command(args: Namespace) -> Result:
     if args.save:
         require_file(args.save, "--save", [args.run, args.fit, *args.free])
     if args.output is not None:
-        if args.output.suffix not in (".csv", ".mcap"):
-            raise RecordingError(f"--output {args.output}: the name must end in .csv or .mcap")
+        if args.output.suffix != ".csv":
+            raise RecordingError(f"--output {args.output}: the name must end in .csv")
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
-        if args.output.suffix == ".mcap":
-            require_free(args.output)
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
     [run, *others] = import_source(args.run, fit.model)
@@ -83,9 +77,7 @@ def contact_command(args: Namespace) -> Result:
         raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
     result = contact(fit, run, free, args.payload, args.alarms_per_hour)
-    if args.output is not None and args.output.suffix == ".mcap":
-        write_contact(result, args.output, args.run)
-    elif args.output is not None:
+    if args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
-from ..effects import Effect, StribeckFriction
+from ..effects import Effect
 from ..effects.effect import JointEffect
 from ..effects.rigid_body import inertial_parameters, with_bodies
 from ..effects.simulator_terms import JointTerms, Spring
@@ -50,15 +50,6 @@ class Portable:
     def torque_limit(self) -> np.ndarray:
         """Largest torque of each joint's motor, shape (n,) [N m]; infinite if there is none."""
         return np.minimum(self.robot.limits.torque, self.law.limit)
-
-    @property
-    def static_friction(self) -> np.ndarray:
-        """Dry friction of each joint at rest, with that of `StribeckFriction`, shape (n,) [N m]."""
-        friction = np.maximum(self.joints.dry, 0.0)
-        for effect, values in self.others:
-            if isinstance(effect, StribeckFriction):
-                friction[effect.columns(self.robot)] += np.maximum(values, 0.0)
-        return friction
 
     @classmethod
     def of(cls, model: Model, payload: str = "", servos: ServoLaw | None = None) -> "Portable":
