@@ -19,6 +19,8 @@ LATE = 0.05
 """Initial step of a delay at the beginning and at the end of a log [s]."""
 LATEST = 1.0
 """Largest delay [s]: a larger one is no delay but another run."""
+CERTAIN = 10.0
+"""Gain in log-likelihood over a constant delay from which on a delay changes, as for other motions."""
 DRIFTS = 0.02
 """Least change of a delay over a log [s]: two clocks that differ by less do no harm below 5 Hz."""
 
@@ -61,7 +63,7 @@ def search_gravity(reading: Reading) -> np.ndarray | None:
 def search_clocks(reading: Reading) -> tuple[float, float] | None:
     """Delay of the efforts at the first sample [s] and its increase [s/s] for which bodies explain it best.
 
-    None if the delay does not change, or if the log has several runs.
+    None if the delay does not certainly change, or if the log has several runs.
     """
     time = reading.log.motion.time
     if len(time) < 2 or np.any(np.diff(time) <= 0.0):
@@ -73,8 +75,10 @@ def search_clocks(reading: Reading) -> tuple[float, float] | None:
             return np.inf
         return -reading.changed(Change(late=(ends[0], (ends[1] - ends[0]) / length))).quick
 
-    first, last = _least(loss, LATE)
-    return (first, (last - first) / length) if abs(last - first) > DRIFTS else None
+    first, last = ends = _least(loss, LATE)
+    # A delay that stays the same is for the diagnosis.
+    constant = loss(np.full(2, ends.mean())) - loss(ends) < CERTAIN
+    return None if constant or abs(last - first) < DRIFTS else (first, (last - first) / length)
 
 
 def _least(loss: Callable[[np.ndarray], float], step: float) -> np.ndarray:

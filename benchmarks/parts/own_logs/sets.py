@@ -158,7 +158,7 @@ SETS = (
     RealSet("odrive_spin_slow",
         tuple(f"{state}_{current}" for state in STATES for current in ("measured", "setpoint")),
         "robot.toml", options={"motor_side": ["position"]}, effort="current", alone=DIRECT),
-    RealSet("staubli_tx40", ("train", "heldout"), "tx40.urdf"),
+    RealSet("staubli_tx40", ("train", "heldout"), "tx40.urdf", facts="motor that turns with both"),
     RealSet("staubli_tx40", ("train_motor_side_torque", "heldout_motor_side_torque"),
         "robot_motor_side.toml"),
     RealSet("ur10e_mamedov", UR10E, "ur10e.urdf", effort="current", gain=DE_LUCA),
