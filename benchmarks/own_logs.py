@@ -23,7 +23,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from common import Kept, parser, save, show
 from parts.own_logs.arms import SCENES
-from parts.own_logs.commands import AS_RECORDED, proposal_of, run, run_next, walk_mistake, walk_right
+from parts.own_logs.commands import proposal_of, run, run_next, walk_mistake, walk_right
 from parts.own_logs.foreign import Log, foreign, public
 from parts.own_logs.mistakes import MISTAKES, MORE, in_mujoco
 from parts.own_logs.sets import QUICK, SETS, checked
@@ -62,8 +62,7 @@ def fitted(then: str, folder: Path, name: str) -> Case:
     done = run("identify", folder / "run.mcap", "-o", fit)
     if done.code:
         failed = f"identify: {done.err.strip()}"
-        refused = [f"{name}: {failed}"] if AS_RECORDED in done.err else []
-        return {"failed": failed, "refused": refused}
+        return {"failed": failed, "refused": [f"{name}: {failed}"]}
     table = json.loads((fit / "fit.json").read_text())
     return {"residual": float(np.median(table["agreement"][0]["relative"]))}
 

@@ -69,13 +69,10 @@ class Claim(NamedTuple):
 
     text: str  # The sentence that a person reads
     probability: float  # Stated probability of that sentence
-    refuses: bool  # Whether identify refuses the recordings because of it
 
 
 PRINTED = re.compile(r"(\S.{0,300}?) \(probability (?:>|above)? ?([\d.]+) %\)")
 """How a statement with its probability is printed."""
-AS_RECORDED = "--as-recorded"
-"""Stands in every refusal by the check, which this option takes back."""
 
 
 def claims_in(text: str) -> list[Claim]:
@@ -84,9 +81,7 @@ def claims_in(text: str) -> list[Claim]:
     for line in text.splitlines():
         for sentence, percent in PRINTED.findall(line):
             sentence = sentence.removeprefix("warning: ").removeprefix("exidyn: ")
-            claims[sentence] = Claim(
-                f"{sentence} {line[line.find(sentence) :]}", float(percent) / 100, AS_RECORDED in line
-            )
+            claims[sentence] = Claim(f"{sentence} {line[line.find(sentence) :]}", float(percent) / 100)
     return list(claims.values())
 
 
@@ -95,7 +90,7 @@ def claims_about(runs: Sequence[Recording], model: Model) -> list[Claim]:
     suspicion = suspect(runs, model)
     if suspicion is None or suspicion.probability is None:
         return []
-    return [Claim(str(suspicion), suspicion.probability, False)]
+    return [Claim(str(suspicion), suspicion.probability)]
 
 
 WINDOW = 150
@@ -122,9 +117,8 @@ def walk_right(name: str, scene: Scene, only_init: bool = False) -> dict[str, An
     with TemporaryDirectory() as folder:
         figures = _walk(right, scene, scene.columns, Path(folder))
     texts, statements = figures["texts"], figures.pop("claims")
-    judged = [Statement(name, text, probability, False)._asdict() for text, probability, _ in statements]
-    refused = [f"{name}: {text}" for text, _, refuses in statements if refuses]
-    refused += [f"{name}: {step}: {texts[step]}" for step, code in figures["codes"].items() if code]
+    judged = [Statement(name, text, probability, False)._asdict() for text, probability in statements]
+    refused = [f"{name}: {step}: {texts[step]}" for step, code in figures["codes"].items() if code]
     return figures | {"log": name, "statements": figures["statements"] + judged, "refused": refused}
 
 
@@ -141,7 +135,7 @@ def walk_mistake(mistake: Mistake, right: Mapping[str, str]) -> dict[str, Any]:
     ]
     judged = [
         Statement(mistake.name, text, probability, names_cure(text, mistake.says))._asdict()
-        for text, probability, _ in figures.pop("claims")
+        for text, probability in figures.pop("claims")
     ]
     last = mistake.steps[-1][0]
     fitted = last in ("identify", "gap") and figures["codes"].get(last) == 0

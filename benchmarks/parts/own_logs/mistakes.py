@@ -147,14 +147,10 @@ MISTAKES = (
     Mistake("joints one late", in_order(6, 1, 2, 3, 4, 5),
         (r"(begin|start|are|is) one (joint )?(late|early)|order of joints +2, 3, 4, 5, 6, 1",)),
     Mistake("current of joint 1 negated", times(-1.0, "i1"), ("joint1", AGAINST)),
-    Mistake("current of joint 2 negated", times(-1.0, "i2"),
-        (rf"joint2\b.{{0,40}}({AGAINST})|gain of joint2 +-",)),
     Mistake("current of joint 3 negated", times(-1.0, "i3"),
         (rf"joint3\b.{{0,40}}({AGAINST})|gain of joint3 +-",)),
     Mistake("all currents negated", times(-1.0, r"i\d"),
         (rf"all ({EFFORT})s? .*({AGAINST})|gain of joint2 +-",)),
-    Mistake("position of joint 2 negated", times(-1.0, "q2", "dq2"),
-        (rf"joint2\b.{{0,40}}({AGAINST})|gain of joint2 +-",)),
     Mistake("position of joint 3 negated", times(-1.0, "q3", "dq3"),
         (rf"joint3\b.{{0,40}}({AGAINST})|gain of joint3 +-",)),
     Mistake("currents in mA", times(1000.0, r"i\d"), (PER_THOUSAND, EFFORT)),
@@ -186,7 +182,7 @@ MISTAKES = (
     Mistake("no positions", without(r"q\d"),
         (r"no (column of |columns of )?position|position.{0,60}(not|missing|needed)|q1.*(missing|needed)",)),
 )  # fmt: skip
-"""The first thirty."""
+"""Mistakes in columns, units and clocks."""
 
 
 MASS, CENTER = 2.0, (0.03, 0.14, 0.0)
@@ -303,6 +299,8 @@ UNMEASURED = r"no (effort|torque)s? (was|were|is) measured|all (effort|torque)s?
 AGAIN = (
     r"already|twice|again|\bare (joint )?torques|torques? of the joints?\b|in N m\b|of i\S* +N m of the joint"
 )
+
+
 FOLDER: Step = (*IMPORT[:-1], "{folder}/runs")
 MORE = (
     Mistake("torques without gravity",
@@ -341,6 +339,21 @@ MORE = (
     Mistake("stamps of arrival in bursts", each(_burst, "t"), (r"burst|arriv",), six),
     Mistake("two runs in one file", _two_runs,
         (r"two runs|(time|stamps?) (begins?|starts?) (anew|again)|restarts?",), six, steps=(INIT, FOLDER)),
+    Mistake("joints 2 and 5 count the other way", times(-1.0, "(q|tau)[25]"),
+        ("joint2 (counts the other|sign)", "joint5 (counts the other|sign)"), six),
+    Mistake("elbow against the ground", lambda c: c | {"q3": c["q3"] + c["q2"]},
+        ("joint3 is the sum of joint3 and joint2",), six),
+    Mistake("joint 5 is a difference, with its efforts",
+        lambda c: c | {"q5": c["q5"] - c["q4"], "tau4": c["tau4"] + c["tau5"]},
+        ("joint5 is the difference of joint5 and joint4",), six),
+    Mistake("a differential wrist", lambda c: c | {"q5": c["q5"] + c["q6"], "q6": c["q5"] - c["q6"]},
+        ("joint5 and joint6 are sum and difference",), six),
+    Mistake("efforts with a clock of their own",
+        lambda c: c | {f"tau{j}": np.interp(0.99 * c["t"], c["t"], c[f"tau{j}"]) for j in range(1, 7)},
+        ("two clocks .*1.0",), six),
+    Mistake("a push",
+        lambda c: c | {f"tau{j}": c[f"tau{j}"] + 50 / j * (abs(c["t"] - 5) < 0.7) for j in (1, 2, 3)},
+        ("joints leave the model together",), six),
     Mistake("servo gain of an MJCF is 998, not 18", times(1.0), (r"\b998\b", r"\b1[678](\.\d+)?\b"),
         in_mujoco, robot=SERVO.mjcf(f'kp="998" kv="2.7" {LIMITED}', PASSIVE),
         steps=(INIT, IMPORT, OTHER, GAP),

@@ -194,8 +194,6 @@ def checked(data: RealSet, quick: bool) -> dict[str, Any]:
         for claim in claims_about(part, model):
             true = data.verdict(claim.text)
             statements.append(Statement(where, claim.text, claim.probability, true))
-            if claim.refuses and true is not True:
-                refused.append(f"{where}: {claim.text}")
     proposals = [_proposed(data, name) for name in names[1:]]  # of the first run by the walk to a fit
     return {
         "set": data.name,
