@@ -104,7 +104,7 @@ def gap_command(args: Namespace) -> Result:
         model, runs = _read(args)
         original = source.text
         if args.kp:
-            source, model, runs = controlled(source, model, runs, args.kp, args.kd or [0.0])
+            source = controlled(source, model.robot, args.kp, args.kd or [0.0])
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         result = gap(
             source,

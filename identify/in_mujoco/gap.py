@@ -27,13 +27,13 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_stiffness
-from .answer import Answer, DriveGains, attached, drive_gains, file_alone, friction, with_drive_gains
+from .answer import Answer, DriveGains, attached, drive_gains, file_alone
 from .distances import Distances, horizons_of
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
 from .replay import POSITION, TORQUE, Run, what_is_commanded
 from .servo_changes import ServoChange
-from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
+from .servo_stage import ServoStage, servo_stage, unchanged
 from .servo_torque import with_servo_torque
 from .solver_friction import with_solver_friction
 from .trial import Source, Trial, require_unloaded, simulated_runs
@@ -115,6 +115,10 @@ def gap(
         ExidynError: If the runs cannot be used; the message gives the reason.
     """
     require_unloaded(recordings)
+    model, recordings = (
+        _by_servos_of_file(model),
+        [(role, _with_plain_error(run)) for role, run in recordings],
+    )
     progress(StageText("servos", "identify the servos"))
     joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
     model = with_solver_friction(model, compiled)
@@ -133,15 +137,13 @@ def gap(
         training = replace(trial, runs=simulated_runs(raw, filtering, False))
         ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by))
         servos = _with_identified_gains(ladder, servos, source, recordings, raw)
-        training = replace(training, held=servos.held)
-        servos = with_tuned_delay(servos, training, with_drive_gains(ladder), friction(ladder))
         trial, training = (replace(of, source=servos.source, held=servos.held) for of in (trial, training))
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
         ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        file = file_alone(ladder, training)
+        file = file_alone(ladder, training, servos if commands == POSITION else None)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
         diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original,
@@ -150,6 +152,25 @@ def gap(
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),
         tuple(ladder.negligible), drive_gains(ladder, trial),
     )  # fmt: skip
+
+
+def _by_servos_of_file(model: Model) -> Model:
+    """The arm without servos of its own: the servos of the file are those that are simulated.
+
+    A robot file that was proposed for a log without effort states servo gains of 1, which nobody knows.
+    """
+    return replace(model, robot=replace(model.robot, servo=None))
+
+
+def _with_plain_error(run: Recording) -> Recording:
+    """The recording of an arm without servos of its own, with the plain position error."""
+    servo = run.robot.servo
+    if servo is None:
+        return run
+    signals = dict(run.signals)
+    if is_servo_error(run.settings):
+        signals["current"] = replace(signals["current"], values=signals["current"].values / servo.gain)
+    return replace(run, model=_by_servos_of_file(run.model), signals=signals)
 
 
 def _with_identified_gains(
@@ -162,7 +183,7 @@ def _with_identified_gains(
     """The servos, identified again if the drive gains of currents were: gains of servos are torques too."""
     trial = ladder.trial
     gained = ladder.with_gains(trial)
-    if trial.commands != POSITION or trial.model.robot.servo is not None or gained is trial:
+    if trial.commands != POSITION or gained is trial:
         return servos
     servos = servo_stage(source, gained.model, recordings, raw, ladder.filtering, ladder.judge)
     ladder.trial = replace(trial, source=servos.source, held=servos.held)
@@ -199,7 +220,7 @@ def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Rec
         return []
     joints = model.robot.joints
     runs = [run for _, run in recordings]
-    stiffness = None if model.robot.servo is not None else servo_stiffness(compiled, joints)
+    stiffness = servo_stiffness(compiled, joints)
     if stiffness is not None and (wrong := servo_gain_doubts(runs, model, stiffness)):
         return wrong
     return doubts([with_servo_torque(compiled, run, joints, 0.0) for run in runs], model)

@@ -1,0 +1,261 @@
+"""Numbers of joints and servos by simulation of the runs, each kept only if it helps in other runs.
+
+First the servos of all joints change alike, since a file is usually wrong about all of them; then each joint
+by itself. A joint keeps a version if its own windows of the held-out runs get better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from ..text_table import NORMAL_95
+from .distances import HORIZONS
+from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT, JointNumbers
+from .judge import MATERIAL, SURE
+from .replay import POSITION, Run
+from .rollouts import SECONDS, Rollouts
+from .trial import Trial
+from .tuning import LOGARITHMIC, Tuning
+
+SHORT = 0.5
+"""Duration of a window with commanded torque [s], which holds no position."""
+FACTORS = tuple(2.0**power for power in range(-8, 4))
+"""Factors on the file's stiffness with which simulations are tried: files state gains that are wrong by a
+hundred, of which a hobby servo is softer."""
+LAGS = (0.05,)
+"""Damping over stiffness with which simulations are tried besides the file's damping [s]."""
+SHARES = (0.0, 0.5)
+"""Dry friction over the usual torque of a servo, with which simulations are tried besides the file's."""
+SEARCHES = 2
+"""Number of stiffnesses from which a search starts, besides the file's."""
+FEW, BRIEF = 16, 4
+"""Number of windows and of steps of such a search."""
+SLOW = 0.005
+"""Sampling period above which it matters whether commands are held or interpolated [s]: half of it is longer
+than a step of a simulation."""
+ACCURACY = 5.0
+"""Relative accuracy of stiffness and limit per sampling period [1/s], 2 % at 4 ms: signals are sampled
+somewhere within a cycle, and commands may jump between."""
+CYCLE = 1.0 / np.sqrt(12.0)
+"""Standard deviation of a moment within a sampling period, over the period."""
+DETERMINED = 0.1
+"""Largest relative standard deviation of a stiffness that counts as determined."""
+QUANTILES = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98)
+"""Quantiles of the torque that a servo without a limit would have, which are tried as limits."""
+FRICTION = (DAMPING, DRY, ARMATURE)
+
+
+class Simulated(NamedTuple):
+    """Numbers of joints, by simulation."""
+
+    values: np.ndarray  # numbers, shape (6, n); those of the file where the runs do not require others
+    halves: np.ndarray  # halves of their 95 % intervals, shape (6, n); infinite if they were not fitted
+    held: bool  # whether commands are held from sample to sample; otherwise they are interpolated
+    undetermined: np.ndarray  # whether the runs leave the stiffness of each servo open, shape (n,)
+
+
+def simulated_numbers(
+    numbers: JointNumbers,
+    training: Trial,
+    judging: Trial,
+    text: bytes,
+    known: Sequence[int] = (),
+) -> Simulated:
+    """Fit joint numbers to the training runs, and keep those of which the judging runs get better.
+
+    Args:
+        numbers: The numbers of the file.
+        training: Runs to which numbers are fitted.
+        judging: Other runs.
+        text: Version of the file whose bodies are simulated, and with whose numbers the fit starts.
+        known: Rows that are not fitted.
+    """
+    version = JointNumbers(numbers.source._replace(text=text), numbers.robot, training.commands)
+    return _Search(numbers, training, judging, text, known).result(version.values)
+
+
+@dataclass
+class _Search:
+    """Search for the numbers of a file."""
+
+    numbers: JointNumbers  # the numbers of the file
+    training: Trial  # runs to which numbers are fitted
+    judging: Trial  # other runs
+    text: bytes  # version of the file that is simulated
+    known: Sequence[int]  # rows that are not fitted
+
+    def __post_init__(self) -> None:
+        self.simulator = self.training.simulator(self.text)
+        self.file, runs = self.numbers.values, self.training.runs
+        self.period = max(float(np.median(np.diff(run.time))) for run in runs)
+        self.size, self.floor = usual_sizes(runs, self.training), np.zeros(self.file.shape)
+        positions = self.training.commands == POSITION
+        self.usual = self.size[DRY] if positions else _motion(runs)
+        self.floor[LOGARITHMIC], self.floor[DELAY] = 0.5 * ACCURACY * self.period, CYCLE * self.period
+        self.floor[ARMATURE] = self.training.numerical_inertia
+        self.fits = self._tuning(runs, seconds=SECONDS if positions else SHORT)
+        self.others = self._tuning(self.judging.runs, seconds=HORIZONS[-1] if positions else SHORT)
+
+    def _tuning(self, runs: Sequence[Run], **windows: float) -> Tuning:
+        rollouts = Rollouts(self.simulator, self.numbers, runs, self.usual, **windows)
+        return Tuning(rollouts, self.file, self.size, self.floor, held=self.training.held)
+
+    def result(self, start: np.ndarray) -> Simulated:
+        """Numbers that the runs require."""
+        free = self._rows(KP, DELAY, *FRICTION)
+        values, fitted = self.file, np.zeros(free.shape, bool)
+        if KP not in self.known:
+            start = self._beginning(free)
+        tied = [row for row in (KP, DELAY) if row not in self.known]
+        common = self.fits.fitted(start, free, tied)
+        alike = self._pooled(common)
+        kept = self._better(values, common) | (alike & ~self._worse(values, common))
+        values, fitted = _joined(kept, common, values), fitted | (free & kept)
+        self.fits = replace(self.fits, expected=common if alike else self.file)
+        for rows in ((KP, DELAY, *FRICTION), (KP, DELAY, LIMIT, *FRICTION)):
+            values, fitted = self._stage(values, fitted, self._rows(*rows))
+        values, fitted, std = self._needed(values, fitted)
+        halves = NORMAL_95 * std
+        halves[LOGARITHMIC] *= np.where(fitted, values, 1.0)[LOGARITHMIC]
+        open_ = fitted[KP] & (std[KP] > DETERMINED)
+        return Simulated(values, halves, self.fits.held, open_)
+
+    def _stage(
+        self, values: np.ndarray, fitted: np.ndarray, free: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of each joint by itself, for joints whose other windows get better."""
+        start = values
+        if free[LIMIT].any():
+            start, reached = self._with_limits(values)
+            free = free & (reached | (np.arange(6)[:, None] != LIMIT))
+            free &= reached
+        if not free.any():
+            return values, fitted
+        new = self.fits.fitted(start, free)
+        kept = self._better(values, new)
+        return _joined(kept, new, values), np.where(kept, fitted | free, fitted)
+
+    def _needed(self, values: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers without changes that the runs do not require, which of them differ, and deviations."""
+        fewer, std = self.fits.needed(values, fitted)
+        changed = fitted & (fewer != self.file)
+        fewer = self.fits.fitted(fewer, changed) if changed.any() else fewer
+        more = self._worse(values, fewer)
+        values, fitted = _joined(more, values, fewer), np.where(more, fitted, changed)
+        useful = self._better(self.file, values)
+        useful |= self._pooled(values) & ~self._worse(self.file, values)
+        return _joined(useful, values, self.file), fitted & useful, std
+
+    def _rows(self, *rows: int) -> np.ndarray:
+        """Which numbers are free, shape (6, n)."""
+        free = np.zeros(self.file.shape, bool)
+        free[[row for row in rows if row not in self.known]] = True
+        return free
+
+    def _better(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Whether the second version is nearer to the judging runs, for each joint by itself, shape (n,).
+
+        Its error in the windows has decreased with 95 % confidence, and by more than `MATERIAL`.
+        """
+        before, after = self.others.sizes(first), self.others.sizes(second)
+        gain = before - after
+        spread = np.std(gain, axis=0) / np.sqrt(len(gain))
+        mean = np.mean(gain, axis=0)
+        return np.asarray((mean > SURE * spread) & (mean > MATERIAL * np.mean(before, axis=0)))
+
+    def _worse(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Whether the second version is farther from the judging runs, for each joint by itself, shape (n,).
+
+        The growth counts beside the usual error of the joint: a joint that rests tells little.
+        """
+        growth = self.others.sizes(second) - self.others.sizes(first)
+        spread, mean = np.std(growth, axis=0) / np.sqrt(len(growth)), np.mean(growth, axis=0)
+        return np.asarray((mean > SURE * spread) & (mean > MATERIAL))
+
+    def _pooled(self, values: np.ndarray) -> bool:
+        """Whether a version is nearer to the judging runs than the file, over all joints."""
+        before, after = (self.others.sizes(version) for version in (self.file, values))
+        usual = np.mean(before, axis=0) + np.finfo(float).tiny
+        gain = np.mean((before - after) / usual, axis=1)
+        return bool(np.mean(gain) > max(SURE * np.std(gain) / np.sqrt(len(gain)), MATERIAL))
+
+    def _beginning(self, free: np.ndarray) -> np.ndarray:
+        """Numbers near the best ones, by searches from several stiffnesses in few windows."""
+        few = self._tuning(self.training.runs, most=FEW)
+        versions = [self._guess(few, factor) for factor in FACTORS]
+        versions.sort(key=lambda each: float(few.cost(each).sum()))
+        starts = [self.file, *versions[:SEARCHES]]
+        tied = [row for row in (KP, DELAY) if row not in self.known]
+        searches = [few.fitted(each, free, tied, BRIEF) for each in starts]
+        found = [(few, min(searches, key=lambda each: float(few.cost(each).sum())))]
+        if self.period > SLOW:
+            held = replace(few, held=True)
+            found.append((held, held.fitted(found[0][1], free, tied, BRIEF)))
+        best, values = min(found, key=lambda pair: float(pair[0].cost(pair[1]).sum()))
+        self.fits, self.others = (replace(of, held=best.held) for of in (self.fits, self.others))
+        return values
+
+    def _guess(self, fits: Tuning, factor: float) -> np.ndarray:
+        """Numbers with a factor on the stiffness, and for each joint the best of some frictions."""
+        versions = []
+        for lag, share in product((None, *LAGS), SHARES):
+            values = self.file.copy()
+            values[KP] *= factor
+            if lag is not None:
+                values[DAMPING] = lag * values[KP]
+            values[DRY] = np.maximum(values[DRY], share * values[KP] * self.usual)
+            versions.append(values)
+        return self._best(fits, versions)[0]
+
+    def _best(self, fits: Tuning, versions: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """For each joint by itself, numbers of the best version, and its index."""
+        best = np.argmin([fits.cost(version) for version in versions], axis=0)
+        return np.array(versions)[best, :, np.arange(len(best))].T, best
+
+    def _with_limits(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers with the best of some torque limits, and for which joints one is better than the file's."""
+        free = []
+        for run in self.training.runs:
+            assert run.command is not None
+            acting = self.simulator.inputs_at(run, run.time, values[DELAY], self.fits.held)
+            free.append(values[KP] * (acting - run.position) - values[DAMPING] * run.velocity)
+        limits = np.quantile(np.abs(np.concatenate(free)), QUANTILES, axis=0)
+        versions = [values] + [
+            np.vstack([values[:LIMIT], limit[None], values[LIMIT + 1 :]]) for limit in limits
+        ]
+        chosen, best = self._best(self.fits, versions)
+        return chosen, best > 0
+
+
+def usual_sizes(runs: Sequence[Run], trial: Trial) -> np.ndarray:
+    """Size of numbers that shows in the motion of each joint, shape (6, n), over its stiffness if it has one.
+
+    It is the torque that moves the joint, at its rms acceleration and velocity.
+    """
+    torques = [
+        run.torque(trial.model) if run.command is None or trial.commands != POSITION
+        else run.command - run.position for run in runs
+    ]  # fmt: skip
+    torque, velocity, acceleration = (
+        np.std(np.concatenate(parts), axis=0) + np.finfo(float).tiny
+        for parts in (
+            torques,
+            [run.velocity for run in runs],
+            [np.gradient(run.velocity, run.time, axis=0) for run in runs],
+        )
+    )
+    ones = np.ones(len(torque))
+    return np.array([ones, torque / velocity, torque, torque / acceleration, ones, ones])
+
+
+def _motion(runs: Sequence[Run]) -> np.ndarray:
+    """Standard deviation of the positions of each joint, shape (n,) [rad]."""
+    return np.std(np.concatenate([run.position for run in runs]), axis=0) + np.finfo(float).tiny
+
+
+def _joined(chosen: np.ndarray, new: np.ndarray, old: np.ndarray) -> np.ndarray:
+    """New numbers (6, n) of the chosen joints (n,), and old ones of the others."""
+    return np.where(chosen, new, old)
