@@ -185,6 +185,7 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "original": _distances(result.original),
         "drive_gains": _drive_gains(result.drive_gains),
         "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
+        "undetermined": [joint + 1 for joint in result.undetermined],
         "file": _answer(result.file) | {"written": written.file},
         "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
         "findings": [_finding(finding) for finding in result.findings],

@@ -59,6 +59,7 @@ class Gap:
         taken_out: Findings about the measurement, which were removed from the recordings, in words.
         beyond: Findings that a simulated arm cannot represent, in words.
         negligible: Findings that vanish in a fit together with the others.
+        undetermined: Joints whose stiffness of the servo cannot be determined from these runs.
         drive_gains: Drive gains that turn recorded currents into torque; None if no currents were recorded.
     """
 
@@ -76,6 +77,7 @@ class Gap:
     beyond: tuple[str, ...]
     negligible: tuple[Finding, ...] = ()
     drive_gains: DriveGains | None = None
+    undetermined: tuple[int, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -150,7 +152,7 @@ def gap(
         servos.changes, (*servo_stages, *ladder.stages), file, attached(ladder, file),
         tuple(sentence(finding, diagnosis.joints) for finding in faults),
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),
-        tuple(ladder.negligible), drive_gains(ladder, trial),
+        tuple(ladder.negligible), drive_gains(ladder, trial), servos.undetermined,
     )  # fmt: skip
 
 

@@ -1,8 +1,10 @@
 """Rollouts: short simulations from recorded states, all windows and several versions of a model at once."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from copy import copy
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -73,13 +75,12 @@ class Rollouts:
         models = [self._version(values) for values in versions]
         control = np.concatenate([self._control(values[DELAY], held) for values in versions])
         count = len(self._windows)
-        states, _ = self._rollout.rollout(
-            [model for model in models for _ in range(count)],
-            self._data,
-            np.tile(self._states, (len(models), 1)),
-            control,
-            control_spec=self._simulator.control_spec,
-        )
+        inputs = [model for model in models for _ in range(count)], self._data
+        with _quiet(self._mujoco):
+            states, _ = self._rollout.rollout(
+                *inputs, np.tile(self._states, (len(models), 1)), control,
+                control_spec=self._simulator.control_spec,
+            )  # fmt: skip
         places = 1 + np.array(self._simulator.qpos)  # time is first
         position = states[:, self._rows][:, :, places].reshape(len(models), *self._real.shape)
         position[~np.logical_and.accumulate(np.abs(position) < BEYOND, axis=2)] = BEYOND
@@ -99,6 +100,17 @@ class Rollouts:
             moments = run.time[first] + self._times
             row[:, simulator.inputs] = simulator.inputs_at(run, moments, delay, held)
         return control
+
+
+@contextmanager
+def _quiet(mujoco: Any) -> Iterator[None]:
+    """No warnings of MuJoCo, on the terminal and in a file: some versions that are tried diverge."""
+    handler = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(handler)
 
 
 def _windows(runs: Sequence[Run], seconds: float, most: float) -> list[tuple[Run, int]]:

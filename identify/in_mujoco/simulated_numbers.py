@@ -15,10 +15,11 @@ from ..text_table import NORMAL_95
 from .distances import HORIZONS
 from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT, JointNumbers
 from .judge import MATERIAL, SURE
+from .other_masses import MOST, joints_with_other_masses
 from .replay import POSITION, Run
 from .rollouts import SECONDS, Rollouts
 from .trial import Trial
-from .tuning import LOGARITHMIC, Tuning
+from .tuning import LOGARITHMIC, Tuning, to_coordinates
 
 SHORT = 0.5
 """Duration of a window with commanded torque [s], which holds no position."""
@@ -37,14 +38,14 @@ SLOW = 0.005
 """Sampling period above which it matters whether commands are held or interpolated [s]: half of it is longer
 than a step of a simulation."""
 ACCURACY = 5.0
-"""Relative accuracy of stiffness and limit per sampling period [1/s], 2 % at 4 ms: signals are sampled
+"""Relative accuracy of all numbers but delays per sampling period [1/s], 2 % at 4 ms: signals are sampled
 somewhere within a cycle, and commands may jump between."""
 CYCLE = 1.0 / np.sqrt(12.0)
 """Standard deviation of a moment within a sampling period, over the period."""
 DETERMINED = 0.1
 """Largest relative standard deviation of a stiffness that counts as determined."""
-QUANTILES = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98)
-"""Quantiles of the torque that a servo without a limit would have, which are tried as limits."""
+QUANTILES, LIMITS = (0.5, 0.999), 16
+"""Quantiles of the torque that a servo without a limit would have, and number of limits between them."""
 FRICTION = (DAMPING, DRY, ARMATURE)
 
 
@@ -89,13 +90,16 @@ class _Search:
 
     def __post_init__(self) -> None:
         self.simulator = self.training.simulator(self.text)
+        self.doubtful = np.zeros(self.numbers.robot.dof, bool)
         self.file, runs = self.numbers.values, self.training.runs
         self.period = max(float(np.median(np.diff(run.time))) for run in runs)
         self.size, self.floor = usual_sizes(runs, self.training), np.zeros(self.file.shape)
         positions = self.training.commands == POSITION
         self.usual = self.size[DRY] if positions else _motion(runs)
-        self.floor[LOGARITHMIC], self.floor[DELAY] = 0.5 * ACCURACY * self.period, CYCLE * self.period
-        self.floor[ARMATURE] = self.training.numerical_inertia
+        accuracy = 0.5 * ACCURACY * self.period
+        self.floor[LOGARITHMIC], self.floor[DELAY] = accuracy, CYCLE * self.period
+        self.floor[list(FRICTION)] = accuracy * self.file[list(FRICTION)]
+        self.floor[ARMATURE] = np.hypot(self.floor[ARMATURE], self.training.numerical_inertia)
         self.fits = self._tuning(runs, seconds=SECONDS if positions else SHORT)
         self.others = self._tuning(self.judging.runs, seconds=HORIZONS[-1] if positions else SHORT)
 
@@ -111,6 +115,10 @@ class _Search:
             start = self._beginning(free)
         tied = [row for row in (KP, DELAY) if row not in self.known]
         common = self.fits.fitted(start, free, tied)
+        if KP not in self.known and np.any(doubtful := self._doubtful(common)):
+            self.doubtful = doubtful
+            free = self._rows(KP, DELAY, *FRICTION)
+            common = self.fits.fitted(np.where(free, common, self.file), free, tied)
         alike = self._pooled(common)
         kept = self._better(values, common) | (alike & ~self._worse(values, common))
         values, fitted = _joined(kept, common, values), fitted | (free & kept)
@@ -120,8 +128,8 @@ class _Search:
         values, fitted, std = self._needed(values, fitted)
         halves = NORMAL_95 * std
         halves[LOGARITHMIC] *= np.where(fitted, values, 1.0)[LOGARITHMIC]
-        open_ = fitted[KP] & (std[KP] > DETERMINED)
-        return Simulated(values, halves, self.fits.held, open_)
+        spread = self.fits.needed(values, self._rows(KP, DELAY, *FRICTION))[1][KP]
+        return Simulated(values, halves, self.fits.held, np.isfinite(spread) & (spread > DETERMINED))
 
     def _stage(
         self, values: np.ndarray, fitted: np.ndarray, free: np.ndarray
@@ -130,8 +138,7 @@ class _Search:
         start = values
         if free[LIMIT].any():
             start, reached = self._with_limits(values)
-            free = free & (reached | (np.arange(6)[:, None] != LIMIT))
-            free &= reached
+            free = free & reached
         if not free.any():
             return values, fitted
         new = self.fits.fitted(start, free)
@@ -145,6 +152,8 @@ class _Search:
         fewer = self.fits.fitted(fewer, changed) if changed.any() else fewer
         more = self._worse(values, fewer)
         values, fitted = _joined(more, values, fewer), np.where(more, fitted, changed)
+        alike = np.abs(to_coordinates(values) - to_coordinates(self.file)) <= NORMAL_95 * std
+        values = np.where(alike & ~more, self.file, values)
         useful = self._better(self.file, values)
         useful |= self._pooled(values) & ~self._worse(self.file, values)
         return _joined(useful, values, self.file), fitted & useful, std
@@ -153,7 +162,13 @@ class _Search:
         """Which numbers are free, shape (6, n)."""
         free = np.zeros(self.file.shape, bool)
         free[[row for row in rows if row not in self.known]] = True
+        free[KP] &= ~self.doubtful
         return free
+
+    def _doubtful(self, common: np.ndarray) -> np.ndarray:
+        """Whether other masses may stand for the stiffness of each joint's servo, shape (n,)."""
+        few = np.abs(np.log(common[KP] / self.file[KP])) < MOST
+        return few & joints_with_other_masses(self.training.runs, self.training.model, common[DELAY])
 
     def _better(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Whether the second version is nearer to the judging runs, for each joint by itself, shape (n,).
@@ -222,7 +237,7 @@ class _Search:
             assert run.command is not None
             acting = self.simulator.inputs_at(run, run.time, values[DELAY], self.fits.held)
             free.append(values[KP] * (acting - run.position) - values[DAMPING] * run.velocity)
-        limits = np.quantile(np.abs(np.concatenate(free)), QUANTILES, axis=0)
+        limits = np.geomspace(*np.quantile(np.abs(np.concatenate(free)), QUANTILES, axis=0), LIMITS)
         versions = [values] + [
             np.vstack([values[:LIMIT], limit[None], values[LIMIT + 1 :]]) for limit in limits
         ]

@@ -22,7 +22,7 @@ from .rollouts import MOMENTS, Rollouts
 
 STEPS = 12
 """Maximum number of Gauss-Newton steps."""
-ENOUGH = 0.01
+ENOUGH = 0.02
 """Mean relative decrease of the rms errors of the joints below which no further step is made."""
 DAMPINGS = (1e-6, 1e-2, 1.0)
 """Damping of the steps that are tried together, relative to the information about each number."""
@@ -36,9 +36,8 @@ WIDE = np.log(10.0)
 """Prior standard deviation of logarithms: files are wrong by factors of ten."""
 LATE = 0.02
 """Prior standard deviation of a delay [s]: a cycle of a usual bus."""
-ALIKE = 0.1
-"""Prior standard deviation of the logarithm by which the stiffness of one servo differs from that of others,
-and of the difference of its delay over `LATE`."""
+ALIKE = 0.3
+"""Prior standard deviation of the logarithm of a servo's stiffness over that of the others."""
 LOGARITHMIC = [KP, LIMIT]
 """Rows whose logarithm is fitted."""
 SCALED = [DAMPING, DRY, ARMATURE]
@@ -211,7 +210,7 @@ class Tuning:
         deviation[LOGARITHMIC], deviation[DELAY] = WIDE, LATE
         if self.expected is not None:
             old[[KP, DELAY]] = to_coordinates(self.expected)[[KP, DELAY]]
-            deviation[KP], deviation[DELAY] = ALIKE, ALIKE * LATE
+            deviation[KP] = ALIKE
         # What all joints share is expected once, not once by each joint.
         deviation[list(tied)] *= np.sqrt(free.shape[1])
         return _Prior(np.where(free & np.isfinite(old), old, np.nan), deviation)
