@@ -60,11 +60,6 @@ def file_alone(ladder: Ladder, training: Trial, servos: ServoStage | None = None
     The first version has the numbers that simulations of the training runs gave. Fits without and with the
     findings give further versions, which also differ in bodies; the best of them is refined too. A version
     has to be nearer than the best before it, so that few changes come first.
-
-    Args:
-        ladder: What was tried.
-        training: Runs to which numbers are fitted.
-        servos: The file with identified servos; None for commanded torque, which needs no servos.
     """
     trial, training = ladder.with_gains(ladder.trial), ladder.with_gains(training)
     original = Answer(trial.source.text, ladder.start, (), ladder.trial.model)
@@ -141,7 +136,7 @@ def drive_gains(ladder: Ladder, trial: Trial) -> DriveGains | None:
         trial: The held-out runs, with the stated gains.
     """
     robot = trial.model.robot
-    if robot.servo is not None or not stated(robot) or not any(run.current for run in trial.runs):
+    if not stated(robot) or not any(run.current for run in trial.runs):
         return None
     gained = ladder.with_gains(trial)
     if gained is trial:

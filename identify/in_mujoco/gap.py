@@ -20,13 +20,11 @@ from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
 from ..diagnosis.words.sentences import sentence
 from ..model import Model
 from ..plausible.gate import doubts
-from ..plausible.position_servos import servo_gain_doubts
 from ..preparation.prepare import Filtering
 from ..progress import StageText
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
-from ..robot_files.mjcf_drives import servo_stiffness
 from .answer import Answer, DriveGains, attached, drive_gains, file_alone
 from .distances import Distances, horizons_of
 from .judge import TOOL, Judge
@@ -117,10 +115,8 @@ def gap(
         ExidynError: If the runs cannot be used; the message gives the reason.
     """
     require_unloaded(recordings)
-    model, recordings = (
-        _by_servos_of_file(model),
-        [(role, _with_plain_error(run)) for role, run in recordings],
-    )
+    model = _by_servos_of_file(model)
+    recordings = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
     progress(StageText("servos", "identify the servos"))
     joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
     model = with_solver_friction(model, compiled)
@@ -162,17 +158,6 @@ def _by_servos_of_file(model: Model) -> Model:
     A robot file that was proposed for a log without effort states servo gains of 1, which nobody knows.
     """
     return replace(model, robot=replace(model.robot, servo=None))
-
-
-def _with_plain_error(run: Recording) -> Recording:
-    """The recording of an arm without servos of its own, with the plain position error."""
-    servo = run.robot.servo
-    if servo is None:
-        return run
-    signals = dict(run.signals)
-    if is_servo_error(run.settings):
-        signals["current"] = replace(signals["current"], values=signals["current"].values / servo.gain)
-    return replace(run, model=_by_servos_of_file(run.model), signals=signals)
 
 
 def _with_identified_gains(
@@ -221,11 +206,7 @@ def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Rec
     if not any(is_servo_error(run.settings) for _, run in recordings):
         return []
     joints = model.robot.joints
-    runs = [run for _, run in recordings]
-    stiffness = servo_stiffness(compiled, joints)
-    if stiffness is not None and (wrong := servo_gain_doubts(runs, model, stiffness)):
-        return wrong
-    return doubts([with_servo_torque(compiled, run, joints, 0.0) for run in runs], model)
+    return doubts([with_servo_torque(compiled, run, joints, 0.0) for _, run in recordings], model)
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

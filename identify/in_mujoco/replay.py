@@ -1,7 +1,8 @@
 """Replay: the commands of a recording, applied to the arm in MuJoCo from any sample onward."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -118,14 +119,11 @@ class Simulator:
         mount(self.model, arm.robot.gravity, original)
         self._data = self._mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in arm.robot.joints]
-        self.qpos = [int(joint.qposadr[0]) for joint in joints]
+        self._qpos = [int(joint.qposadr[0]) for joint in joints]
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
-        self.inputs = [input_of(self.model, servo) for servo in self._servos] or self._dofs
-        self.input_size = self.model.nu if self._servos else self.model.nv
-        kind = "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED"
-        self.control_spec = int(enum_of("mjtState", kind))
+        self._inputs = [input_of(self.model, servo) for servo in self._servos] or self._dofs
         self._held, self.delay = held, self._take_delays()
         if commands == TORQUE:
             silence(self.model, [int(joint.id) for joint in joints])
@@ -162,13 +160,13 @@ class Simulator:
         """
         mujoco, model, data = self._mujoco, self.model, self._data
         time, commands = self._begin(run, first, last)
-        positions = np.full((len(time), len(self.qpos)), np.inf)
+        positions = np.full((len(time), len(self._qpos)), np.inf)
         positions[0] = run.position[first]
         target = data.ctrl if self._servos else data.qfrc_applied
         for row, command in enumerate(commands):
-            target[self.inputs] = command
+            target[self._inputs] = command
             mujoco.mj_step(model, data)
-            position = data.qpos[self.qpos]
+            position = data.qpos[self._qpos]
             if not np.all(np.abs(position) < BEYOND):
                 break
             positions[row + 1] = position
@@ -178,33 +176,39 @@ class Simulator:
         """The same for windows (run, first, last), in threads if no effects are attached."""
         if self._attached is not None:
             return [self.roll(*window) for window in windows]
-        rollout = optional("mujoco.rollout", PURPOSE, "mujoco")
-
-        full = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
-        begun = [
-            (self.state_at(full, run, first), *self._begin(run, first, last)) for run, first, last in windows
-        ]
-        steps = max(len(commands) for _, _, commands in begun)
-        control = np.zeros((len(windows), steps, self.input_size))
-        for row, (_, _, commands) in zip(control, begun, strict=True):
-            row[:, self.inputs] = np.pad(commands, ((0, steps - len(commands)), (0, 0)), "edge")
-        data = [self._mujoco.MjData(self.model) for _ in range(os.cpu_count() or 1)]
-        states, _ = rollout.rollout(
-            self.model, data, np.array([state for state, _, _ in begun]), control,
-            control_spec=self.control_spec,
-        )  # fmt: skip
-        position = states[:, :, 1 + np.array(self.qpos)]  # time is first
-        position[np.logical_or.accumulate(~np.all(np.abs(position) < BEYOND, axis=2), axis=1)] = np.inf
+        begun = [self._begin(*window) for window in windows]
+        steps = max(len(commands) for _, commands in begun)
+        padded = [np.pad(rows, ((0, steps - len(rows)), (0, 0)), "edge") for _, rows in begun]
+        states = np.array([self.state_at(run, first) for run, first, _ in windows])
+        positions = self.rolled([self.model] * len(windows), states, np.array(padded))
+        positions[np.logical_or.accumulate(~np.all(np.abs(positions) < BEYOND, axis=2), axis=1)] = np.inf
         return [
             _at_samples(*window, time, np.vstack([window[0].position[window[1]], moved])[: len(time)])
-            for window, (_, time, _), moved in zip(windows, begun, position, strict=True)
+            for window, (time, _), moved in zip(windows, begun, positions, strict=True)
         ]
+
+    def rolled(self, models: Sequence[Any], states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Positions after each step of versions of the model, shape (r, k, n).
+
+        Args:
+            models: Model of each of the r simulations.
+            states: Full state in which each starts, see `state_at`.
+            inputs: Inputs in all steps, shape (r, k, n).
+        """
+        control = np.zeros((*inputs.shape[:2], self.model.nu if self._servos else self.model.nv))
+        control[:, :, self._inputs] = inputs
+        kind = enum_of("mjtState", "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED")
+        data = [self._mujoco.MjData(self.model) for _ in range(os.cpu_count() or 1)]
+        rollout = optional("mujoco.rollout", PURPOSE, "mujoco").rollout
+        with _quiet(self._mujoco):
+            moved, _ = rollout(list(models), data, states, control, control_spec=int(kind))
+        return np.asarray(moved[:, :, 1 + np.array(self._qpos)])  # time is first
 
     def _begin(self, run: Run, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
         """Set the state at a sample; returns the time of all steps and the end, and the commands."""
         model, data = self.model, self._data
         self._mujoco.mj_resetData(model, data)
-        data.qpos[self.qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
+        data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
         self._others.place(model, data)
         if self._twists:
             self._bend(run, first)
@@ -226,9 +230,10 @@ class Simulator:
             data.qpos[place] = -load / stiffness if stiffness else -half * np.sign(load)
         data.qacc[:] = 0.0
 
-    def state_at(self, kind: int, run: Run, first: int) -> np.ndarray:
-        """State of MuJoCo of some kind at a sample of a run."""
+    def state_at(self, run: Run, first: int) -> np.ndarray:
+        """Full state of MuJoCo at a sample of a run."""
         self._begin(run, first, first)
+        kind = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
         state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
         self._mujoco.mj_getState(self.model, self._data, state, kind)
         return state
@@ -247,6 +252,17 @@ class Simulator:
             return gear * np.take_along_axis(run.command, np.maximum(places, 0), axis=0)
         columns = zip(times.T, run.command.T, strict=True)
         return gear * np.stack([np.interp(at, run.time, column) for at, column in columns], axis=1)
+
+
+@contextmanager
+def _quiet(mujoco: Any) -> Iterator[None]:
+    """No warnings of MuJoCo, on the terminal and in a file: some versions that are tried diverge."""
+    handler = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(handler)
 
 
 def _between(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:

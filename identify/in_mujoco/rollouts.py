@@ -1,16 +1,12 @@
 """Rollouts: short simulations from recorded states, all windows and several versions of a model at once."""
 
-import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from copy import copy
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..notebook import optional
-from ..robot_files.mjcf_names import enum_of
 from .callbacks import PURPOSE
 from .joint_numbers import DELAY, JointNumbers
 from .replay import BEYOND, Run, Simulator
@@ -46,7 +42,6 @@ class Rollouts:
         seconds: float = SECONDS,
         most: float = MOST,
     ) -> None:
-        self._rollout = optional("mujoco.rollout", PURPOSE, "mujoco")
         self._mujoco = optional("mujoco", PURPOSE, "mujoco")
         self._simulator, self._numbers = simulator, numbers
         self._windows = _windows(runs, seconds, most)
@@ -54,13 +49,12 @@ class Rollouts:
         count = max(round(seconds / step), MOMENTS)
         self._times = step * np.arange(count)
         self._rows = np.linspace(count / MOMENTS, count, MOMENTS).astype(int) - 1
-        self._kind = int(enum_of("mjtState", "mjSTATE_FULLPHYSICS"))
-        self._states = np.array([simulator.state_at(self._kind, *window) for window in self._windows])
+        self._states = np.array([simulator.state_at(*window) for window in self._windows])
         splines = {id(run): CubicSpline(run.time, run.position) for run in runs}
         after = step * (self._rows + 1)
         self._real = np.array([splines[id(run)](run.time[row] + after) for run, row in self._windows])
         self._usual = usual
-        self._data = [self._mujoco.MjData(simulator.model) for _ in range(os.cpu_count() or 1)]
+        self._data = self._mujoco.MjData(simulator.model)
 
     def __len__(self) -> int:
         return len(self._windows)
@@ -73,44 +67,24 @@ class Rollouts:
             held: Whether commands are held from sample to sample; otherwise they are interpolated.
         """
         models = [self._version(values) for values in versions]
-        control = np.concatenate([self._control(values[DELAY], held) for values in versions])
+        inputs = np.concatenate([self._inputs(values[DELAY], held) for values in versions])
         count = len(self._windows)
-        inputs = [model for model in models for _ in range(count)], self._data
-        with _quiet(self._mujoco):
-            states, _ = self._rollout.rollout(
-                *inputs, np.tile(self._states, (len(models), 1)), control,
-                control_spec=self._simulator.control_spec,
-            )  # fmt: skip
-        places = 1 + np.array(self._simulator.qpos)  # time is first
-        position = states[:, self._rows][:, :, places].reshape(len(models), *self._real.shape)
+        position = self._simulator.rolled(
+            [model for model in models for _ in range(count)], np.tile(self._states, (len(models), 1)), inputs
+        )[:, self._rows].reshape(len(models), *self._real.shape)
         position[~np.logical_and.accumulate(np.abs(position) < BEYOND, axis=2)] = BEYOND
         return np.clip((position - self._real) / self._usual, -DIVERGED, DIVERGED)
 
     def _version(self, values: np.ndarray) -> object:
         model = copy(self._simulator.model)
         self._numbers.set(model, values)
-        self._mujoco.mj_setConst(model, self._data[0])
+        self._mujoco.mj_setConst(model, self._data)
         return model
 
-    def _control(self, delay: np.ndarray, held: bool) -> np.ndarray:
-        """Inputs in every step of each window, shape (w, k, u)."""
-        simulator = self._simulator
-        control = np.zeros((len(self._windows), len(self._times), simulator.input_size))
-        for row, (run, first) in zip(control, self._windows, strict=True):
-            moments = run.time[first] + self._times
-            row[:, simulator.inputs] = simulator.inputs_at(run, moments, delay, held)
-        return control
-
-
-@contextmanager
-def _quiet(mujoco: Any) -> Iterator[None]:
-    """No warnings of MuJoCo, on the terminal and in a file: some versions that are tried diverge."""
-    handler = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(handler)
+    def _inputs(self, delay: np.ndarray, held: bool) -> np.ndarray:
+        """Inputs in every step of each window, shape (w, k, n)."""
+        inputs = self._simulator.inputs_at
+        return np.array([inputs(run, run.time[row] + self._times, delay, held) for run, row in self._windows])
 
 
 def _windows(runs: Sequence[Run], seconds: float, most: float) -> list[tuple[Run, int]]:

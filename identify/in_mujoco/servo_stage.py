@@ -110,23 +110,13 @@ def _by_torque(
     known = JointNumbers(numbers.with_servos(changes), robot, fixed=True)
     training, judging = (replace(trial, source=known.source) for trial in (training, judging))
     result = simulated_numbers(known, training, judging, known.source.text, (KP, LIMIT))
-    tuned = known.servo_changes(result.values, result.halves)
-    later = {change.joint: change for change in tuned if change.quantity == LATER}
-    changes = tuple(_tuned(change, later) for change in changes)
-    more = [change for joint, change in later.items() if (joint, change.quantity) not in _named(changes)]
-    changes = (*changes, *more)
+    # Torque is sampled somewhere within a cycle, so delays by simulation come before those of the regression.
+    later = [
+        replace(change, old=float(numbers.law.delay[change.joint]))
+        for change in known.servo_changes(result.values, result.halves)
+        if change.quantity == LATER
+    ]
+    changes = tuple({(change.joint, change.quantity): change for change in (*changes, *later)}.values())
     written = numbers.with_servos(changes)
     text, joints = known.with_joints(written.text, result.values, result.halves)
     return ServoStage(written, changes, text, joints, result.values[DELAY], result.held)
-
-
-def _named(changes: Sequence[ServoChange]) -> set[tuple[int, str]]:
-    return {(change.joint, change.quantity) for change in changes}
-
-
-def _tuned(change: ServoChange, later: dict[int, ServoChange]) -> ServoChange:
-    """A change of a delay with the value by simulation: torque is sampled somewhere within a cycle."""
-    tuned = later.get(change.joint)
-    if tuned is None or change.quantity != LATER:
-        return change
-    return replace(change, new=tuned.new, half=tuned.half)

@@ -123,8 +123,12 @@ class _Search:
         kept = self._better(values, common) | (alike & ~self._worse(values, common))
         values, fitted = _joined(kept, common, values), fitted | (free & kept)
         self.fits = replace(self.fits, expected=common if alike else self.file)
-        for rows in ((KP, DELAY, *FRICTION), (KP, DELAY, LIMIT, *FRICTION)):
-            values, fitted = self._stage(values, fitted, self._rows(*rows))
+        every = KP, DELAY, *FRICTION
+        values, fitted = self._stage(values, values, fitted, self._rows(*every))
+        if LIMIT not in self.known:
+            start, reached = self._with_limits(values)
+            values, fitted = self._stage(start, values, fitted, self._rows(LIMIT) & reached)
+            values, fitted = self._stage(values, values, fitted, self._rows(LIMIT, *every) & fitted[LIMIT])
         values, fitted, std = self._needed(values, fitted)
         halves = NORMAL_95 * std
         halves[LOGARITHMIC] *= np.where(fitted, values, 1.0)[LOGARITHMIC]
@@ -132,13 +136,9 @@ class _Search:
         return Simulated(values, halves, self.fits.held, np.isfinite(spread) & (spread > DETERMINED))
 
     def _stage(
-        self, values: np.ndarray, fitted: np.ndarray, free: np.ndarray
+        self, start: np.ndarray, values: np.ndarray, fitted: np.ndarray, free: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of each joint by itself, for joints whose other windows get better."""
-        start = values
-        if free[LIMIT].any():
-            start, reached = self._with_limits(values)
-            free = free & reached
         if not free.any():
             return values, fitted
         new = self.fits.fitted(start, free)
@@ -152,7 +152,8 @@ class _Search:
         fewer = self.fits.fitted(fewer, changed) if changed.any() else fewer
         more = self._worse(values, fewer)
         values, fitted = _joined(more, values, fewer), np.where(more, fitted, changed)
-        alike = np.abs(to_coordinates(values) - to_coordinates(self.file)) <= NORMAL_95 * std
+        with np.errstate(invalid="ignore"):  # infinite limits
+            alike = np.abs(to_coordinates(values) - to_coordinates(self.file)) <= NORMAL_95 * std
         values = np.where(alike & ~more, self.file, values)
         useful = self._better(self.file, values)
         useful |= self._pooled(values) & ~self._worse(self.file, values)
@@ -237,7 +238,8 @@ class _Search:
             assert run.command is not None
             acting = self.simulator.inputs_at(run, run.time, values[DELAY], self.fits.held)
             free.append(values[KP] * (acting - run.position) - values[DAMPING] * run.velocity)
-        limits = np.geomspace(*np.quantile(np.abs(np.concatenate(free)), QUANTILES, axis=0), LIMITS)
+        low, high = np.quantile(np.abs(np.concatenate(free)), QUANTILES, axis=0)
+        limits = np.geomspace(low, high, LIMITS)
         versions = [values] + [
             np.vstack([values[:LIMIT], limit[None], values[LIMIT + 1 :]]) for limit in limits
         ]
