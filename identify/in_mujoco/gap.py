@@ -153,10 +153,7 @@ def gap(
 
 
 def _by_servos_of_file(model: Model) -> Model:
-    """The arm without servos of its own: the servos of the file are those that are simulated.
-
-    A robot file that was proposed for a log without effort states servo gains of 1, which nobody knows.
-    """
+    """The arm without stated servos: those of a proposed robot file have gains of 1, which nobody knows."""
     return replace(model, robot=replace(model.robot, servo=None))
 
 

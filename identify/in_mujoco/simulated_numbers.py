@@ -21,6 +21,7 @@ from .rollouts import SECONDS, Rollouts
 from .trial import Trial
 from .tuning import LOGARITHMIC, Tuning, to_coordinates
 
+TINY = np.finfo(float).tiny
 SHORT = 0.5
 """Duration of a window with commanded torque [s], which holds no position."""
 FACTORS = tuple(2.0**power for power in range(-8, 4))
@@ -42,6 +43,8 @@ ACCURACY = 5.0
 somewhere within a cycle, and commands may jump between."""
 CYCLE = 1.0 / np.sqrt(12.0)
 """Standard deviation of a moment within a sampling period, over the period."""
+FINER = 0.25
+"""Accuracy of friction and armature over that of stiffness: they do not depend on when a command arrives."""
 DETERMINED = 0.1
 """Largest relative standard deviation of a stiffness that counts as determined."""
 QUANTILES, LIMITS = (0.5, 0.999), 16
@@ -95,10 +98,14 @@ class _Search:
         self.period = max(float(np.median(np.diff(run.time))) for run in runs)
         self.size, self.floor = usual_sizes(runs, self.training), np.zeros(self.file.shape)
         positions = self.training.commands == POSITION
-        self.usual = self.size[DRY] if positions else _motion(runs)
+        self.usual = (
+            self.size[DRY]
+            if positions
+            else np.std(np.concatenate([run.position for run in runs]), axis=0) + TINY
+        )
         accuracy = 0.5 * ACCURACY * self.period
         self.floor[LOGARITHMIC], self.floor[DELAY] = accuracy, CYCLE * self.period
-        self.floor[list(FRICTION)] = accuracy * self.file[list(FRICTION)]
+        self.floor[list(FRICTION)] = FINER * accuracy * self.file[list(FRICTION)]
         self.floor[ARMATURE] = np.hypot(self.floor[ARMATURE], self.training.numerical_inertia)
         self.fits = self._tuning(runs, seconds=SECONDS if positions else SHORT)
         self.others = self._tuning(self.judging.runs, seconds=HORIZONS[-1] if positions else SHORT)
@@ -119,20 +126,24 @@ class _Search:
             self.doubtful = doubtful
             free = self._rows(KP, DELAY, *FRICTION)
             common = self.fits.fitted(np.where(free, common, self.file), free, tied)
-        alike = self._pooled(common)
-        kept = self._better(values, common) | (alike & ~self._worse(values, common))
-        values, fitted = _joined(kept, common, values), fitted | (free & kept)
+        # First a delay alone, rather than damping and armature that do nearly the same.
+        few = self._rows(KP, DELAY)
+        simple = self.fits.fitted(np.where(few, common, self.file), few, tied) if few.any() else self.file
+        for version, rows in ((simple, few), (common, free)):
+            alike = self._pooled(version)
+            harmless = alike & few.any() & ~self._worse(values, version) & ~fitted.any(axis=0)
+            kept = self._better(values, version) | harmless
+            values, fitted = np.where(kept, version, values), np.where(kept, rows, fitted)
         self.fits = replace(self.fits, expected=common if alike else self.file)
-        every = KP, DELAY, *FRICTION
-        values, fitted = self._stage(values, values, fitted, self._rows(*every))
+        values, fitted = self._stage(values, values, fitted, free)
         if LIMIT not in self.known:
             start, reached = self._with_limits(values)
             values, fitted = self._stage(start, values, fitted, self._rows(LIMIT) & reached)
-            values, fitted = self._stage(values, values, fitted, self._rows(LIMIT, *every) & fitted[LIMIT])
+            values, fitted = self._stage(values, values, fitted, (free | self._rows(LIMIT)) & fitted[LIMIT])
         values, fitted, std = self._needed(values, fitted)
         halves = NORMAL_95 * std
         halves[LOGARITHMIC] *= np.where(fitted, values, 1.0)[LOGARITHMIC]
-        spread = self.fits.needed(values, self._rows(KP, DELAY, *FRICTION))[1][KP]
+        spread = self.fits.needed(values, free)[1][KP]
         return Simulated(values, halves, self.fits.held, np.isfinite(spread) & (spread > DETERMINED))
 
     def _stage(
@@ -143,7 +154,7 @@ class _Search:
             return values, fitted
         new = self.fits.fitted(start, free)
         kept = self._better(values, new)
-        return _joined(kept, new, values), np.where(kept, fitted | free, fitted)
+        return np.where(kept, new, values), np.where(kept, fitted | free, fitted)
 
     def _needed(self, values: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers without changes that the runs do not require, which of them differ, and deviations."""
@@ -151,13 +162,13 @@ class _Search:
         changed = fitted & (fewer != self.file)
         fewer = self.fits.fitted(fewer, changed) if changed.any() else fewer
         more = self._worse(values, fewer)
-        values, fitted = _joined(more, values, fewer), np.where(more, fitted, changed)
+        values, fitted = np.where(more, values, fewer), np.where(more, fitted, changed)
         with np.errstate(invalid="ignore"):  # infinite limits
             alike = np.abs(to_coordinates(values) - to_coordinates(self.file)) <= NORMAL_95 * std
         values = np.where(alike & ~more, self.file, values)
         useful = self._better(self.file, values)
         useful |= self._pooled(values) & ~self._worse(self.file, values)
-        return _joined(useful, values, self.file), fitted & useful, std
+        return np.where(useful, values, self.file), fitted & useful, std
 
     def _rows(self, *rows: int) -> np.ndarray:
         """Which numbers are free, shape (6, n)."""
@@ -194,7 +205,7 @@ class _Search:
     def _pooled(self, values: np.ndarray) -> bool:
         """Whether a version is nearer to the judging runs than the file, over all joints."""
         before, after = (self.others.sizes(version) for version in (self.file, values))
-        usual = np.mean(before, axis=0) + np.finfo(float).tiny
+        usual = np.mean(before, axis=0) + TINY
         gain = np.mean((before - after) / usual, axis=1)
         return bool(np.mean(gain) > max(SURE * np.std(gain) / np.sqrt(len(gain)), MATERIAL))
 
@@ -257,7 +268,7 @@ def usual_sizes(runs: Sequence[Run], trial: Trial) -> np.ndarray:
         else run.command - run.position for run in runs
     ]  # fmt: skip
     torque, velocity, acceleration = (
-        np.std(np.concatenate(parts), axis=0) + np.finfo(float).tiny
+        np.std(np.concatenate(parts), axis=0) + TINY
         for parts in (
             torques,
             [run.velocity for run in runs],
@@ -266,13 +277,3 @@ def usual_sizes(runs: Sequence[Run], trial: Trial) -> np.ndarray:
     )
     ones = np.ones(len(torque))
     return np.array([ones, torque / velocity, torque, torque / acceleration, ones, ones])
-
-
-def _motion(runs: Sequence[Run]) -> np.ndarray:
-    """Standard deviation of the positions of each joint, shape (n,) [rad]."""
-    return np.std(np.concatenate([run.position for run in runs]), axis=0) + np.finfo(float).tiny
-
-
-def _joined(chosen: np.ndarray, new: np.ndarray, old: np.ndarray) -> np.ndarray:
-    """New numbers (6, n) of the chosen joints (n,), and old ones of the others."""
-    return np.where(chosen, new, old)

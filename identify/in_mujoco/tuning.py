@@ -22,8 +22,9 @@ from .rollouts import MOMENTS, Rollouts
 
 STEPS = 12
 """Maximum number of Gauss-Newton steps."""
-ENOUGH = 0.02
-"""Mean relative decrease of the rms errors of the joints below which no further step is made."""
+ENOUGH = 0.004
+"""Mean relative decrease of the squared errors of the joints below which no further step is made: delay,
+damping and armature are nearly alike, so errors decrease slowly near the optimum."""
 DAMPINGS = (1e-6, 1e-2, 1.0)
 """Damping of the steps that are tried together, relative to the information about each number."""
 LARGEST = 1.0
@@ -36,7 +37,7 @@ WIDE = np.log(10.0)
 """Prior standard deviation of logarithms: files are wrong by factors of ten."""
 LATE = 0.02
 """Prior standard deviation of a delay [s]: a cycle of a usual bus."""
-ALIKE = 0.3
+ALIKE = 0.1
 """Prior standard deviation of the logarithm of a servo's stiffness over that of the others."""
 LOGARITHMIC = [KP, LIMIT]
 """Rows whose logarithm is fitted."""
@@ -94,7 +95,7 @@ class Tuning:
             together = np.argmin(np.sum(np.log(costs), axis=1))
             chosen = np.full(costs.shape[1], together) if tied else np.argmin(costs, axis=0)
             point = np.array(points)[chosen, :, np.arange(costs.shape[1])].T
-            if np.mean(np.log(np.take_along_axis(costs, chosen[None], axis=0) / costs[0])) > -2.0 * ENOUGH:
+            if np.mean(np.log(np.take_along_axis(costs, chosen[None], axis=0) / costs[0])) > -ENOUGH:
                 break
         return np.where(free, to_values(from_ratios(point, free)), values)
 
