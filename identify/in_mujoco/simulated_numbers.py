@@ -185,13 +185,13 @@ class _Search:
     def _better(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Whether the second version is nearer to the judging runs, for each joint by itself, shape (n,).
 
-        Its error in the windows has decreased with 95 % confidence, and by more than `MATERIAL`.
+        Its error has decreased with 95 % confidence, by `MATERIAL` and by the noise of the encoder.
         """
         before, after = self.others.sizes(first), self.others.sizes(second)
-        gain = before - after
-        spread = np.std(gain, axis=0) / np.sqrt(len(gain))
-        mean = np.mean(gain, axis=0)
-        return np.asarray((mean > SURE * spread) & (mean > MATERIAL * np.mean(before, axis=0)))
+        gain = np.mean(before - after, axis=0)
+        spread = np.std(before - after, axis=0) / np.sqrt(len(before))
+        noise = np.max([run.noise for run in self.judging.runs], axis=0) / self.usual
+        return np.asarray(gain > np.max([SURE * spread, MATERIAL * np.mean(before, axis=0), noise], axis=0))
 
     def _worse(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Whether the second version is farther from the judging runs, for each joint by itself, shape (n,).
