@@ -15,7 +15,8 @@ written, and the error of that joint that it leaves.
 sysid: mujoco.sysid is told which numbers of the real arm differ from the file, exidyn is told nothing.
 
 recorded: real recordings with the models that users have. The tool point's error 0.1, 0.5 and 2 s after a
-start is that of held-out runs, with the original file, the file as answered, and effects attached.
+start is that of held-out runs, with the original file, the file as answered, and effects attached. A script
+that `EXIDYN_RIVAL` names fits the servos of the SO-101 to the same runs and prints its errors.
 
 speed: the median of steps a second with effects attached over those of plain MuJoCo, by process time within
 one run. Plain MuJoCo has the file's own dry friction, a constraint, in place of the effects'.

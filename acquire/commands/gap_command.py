@@ -104,7 +104,7 @@ def gap_command(args: Namespace) -> Result:
         model, runs = _read(args)
         original = source.text
         if args.kp:
-            source, model, runs = controlled(source, model, runs, args.kp, args.kd or [0.0])
+            source = controlled(source, model.robot, args.kp, args.kd or [0.0])
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         result = gap(
             source,
@@ -185,6 +185,7 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "original": _distances(result.original),
         "drive_gains": _drive_gains(result.drive_gains),
         "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
+        "undetermined": [joint + 1 for joint in result.undetermined],
         "file": _answer(result.file) | {"written": written.file},
         "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
         "findings": [_finding(finding) for finding in result.findings],

@@ -14,7 +14,6 @@ from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identification.recordings.recording import Recording
-from exidyn.identification.recordings.servo_error import is_servo_error
 from exidyn.identification.robot_files.mjcf import movable_mjcf_joints
 from exidyn.identification.robot_files.robot_file import read_model
 
@@ -52,30 +51,22 @@ def simulated_arm(arm: Path, recorded: Robot) -> Model:
     return replace(model, robot=_mounted(robot, recorded))
 
 
-def controlled(
-    source: Source,
-    model: Model,
-    runs: Sequence[tuple[str, Recording]],
-    kp: Sequence[float],
-    kd: Sequence[float],
-) -> tuple[Source, Model, list[tuple[str, Recording]]]:
-    """The file with servos of these gains in place of its motors, and model and runs of an arm with them.
+def controlled(source: Source, robot: Robot, kp: Sequence[float], kd: Sequence[float]) -> Source:
+    """The file with servos of these gains in place of its motors.
 
     Args:
         source: File of the simulation.
-        model: Its model.
-        runs: Role and recording of each run.
+        robot: The robot that it describes.
         kp: Torque per position error, one number or one per joint [N m/rad].
         kd: Torque against the velocity, one number or one per joint [N m s/rad].
 
     Raises:
         RobotError: A gain or their count is wrong, or a joint does not have exactly one motor.
     """
-    robot = model.robot
     gains = _per_joint(robot, kp, "--kp"), _per_joint(robot, kd, "--kd")
-    text = with_controller(source.text, source.folder, source.where, robot.joints, *gains)
-    plain = [(role, _without_servos(run)) for role, run in runs]
-    return source._replace(text=text), replace(model, robot=replace(robot, servo=None)), plain
+    return source._replace(
+        text=with_controller(source.text, source.folder, source.where, robot.joints, *gains)
+    )
 
 
 def _per_joint(robot: Robot, values: Sequence[float], option: str) -> np.ndarray:
@@ -88,19 +79,6 @@ def _per_joint(robot: Robot, values: Sequence[float], option: str) -> np.ndarray
         if not 0.0 <= value < np.inf:
             raise RobotError(f"{option}: {value:g}; a gain is a finite number of at least 0")
     return np.full(robot.dof, values, float)
-
-
-def _without_servos(run: Recording) -> Recording:
-    """The recording with the plain position error, if its robot states gains of servos."""
-    servo = run.robot.servo
-    if servo is None:
-        return run
-    robot = replace(run.robot, servo=None)
-    signals = dict(run.signals)
-    if is_servo_error(run.settings):
-        error = signals["current"]
-        signals["current"] = replace(error, values=error.values / servo.gain)
-    return replace(run, model=replace(run.model, robot=robot), signals=signals)
 
 
 def _mounted(robot: Robot, recorded: Robot) -> Robot:

@@ -7,12 +7,14 @@ The law of a joint, solved for the position error, is linear in its coefficients
 
 In this form the noise is that of the encoder. Solved for the torque, the law of a stiff servo would multiply
 that noise by its gain. The delay is found by a search for the least residual.
+Noise of the torque would make :math:`\alpha` too small and so the gains too large. Its variance is known from
+the band that the low-pass removes, and is taken out of the normal equations.
 All signals pass the same low-pass, which leaves a linear law as it is; samples at the limit of the torque are
 left out. Standard deviations allow for correlated residuals, since scores are summed over blocks.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -36,22 +38,16 @@ FREE = 1.0 / 3.0
 """Minimum share of samples to leave out those beside saturated ones too."""
 SATURATED = 1.05
 """Torque by the linear law over the limit, above which a sample is saturated."""
-TRIMS = 3
-"""Number of times that samples which do not follow the law are left out, since they may be saturated."""
-OUTLIER = 6.0
-"""Ratio of a residual to the median of all up to which a sample follows the law: 4 standard deviations."""
-DRY = 0.05
-"""Relative difference of dry friction from the law of the fit."""
-SLOW = 0.05
-"""Share of the rms speed below which a joint may stick."""
+MOSTLY = 0.5
+"""Largest share of the torque's mean square that counts as noise."""
 FEWEST = 20
 """Minimum number of saturated samples for a limit."""
 LEVEL = 0.03
 """Maximum relative standard deviation of the torque of saturated samples."""
 NOTHING = 1e-100
 """Norm below which a column is zero."""
-TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, POSITION, ONE = range(6)
-"""Columns of the regression; columns of unknown torques follow."""
+TORQUE, VELOCITY, COMMAND_RATE, INTEGRAL, ONE = range(5)
+"""Columns of the regression."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +58,6 @@ class ServoFit:
     std: ServoLaw  # standard deviations of the numbers of the law; infinite for limits that are not reached
     period: float  # longest sampling period of the runs [s]
     residual: np.ndarray  # rms of the position error that the law does not explain, shape (n,) [rad]
-    # Whether the torque was measured; otherwise it is that of a model's bodies, and damping includes viscous
-    # friction.
-    measured: bool
-    # Joints whose gains are not determined for another reason, shape (n,); empty: none.
-    doubtful: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    # Joints whose gains come from simulations, shape (n,); empty: none.
-    simulated: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
 
 def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
@@ -76,24 +65,7 @@ def identify_servos(runs: Sequence[ServoRun]) -> ServoFit:
     fits = [_Joint(runs, joint).fit() for joint in range(runs[0].position.shape[1])]
     law, std = (ServoLaw(*np.array([getattr(fit, name) for fit in fits]).T) for name in ("values", "stds"))
     period, residual = 1.0 / min(run.rate for run in runs), np.array([fit.residual for fit in fits])
-    return ServoFit(law, std, period, residual, not any(len(run.unknown) for run in runs))
-
-
-class Unscaled(NamedTuple):
-    """Law of a joint whose torque is unknown in size, relative to its stiffness."""
-
-    damping: float  # damping over stiffness [s]
-    std: float  # its standard deviation [s]
-    residual: float  # rms position error that the law does not explain [rad]
-
-
-def identify_unscaled(runs: Sequence[ServoRun], joint: int, delay: float) -> Unscaled:
-    """Identify the law of a joint in runs whose torques are all unknown in size, at about a delay [s]."""
-    fit = _Joint(runs, joint)
-    terms = [VELOCITY, ONE, *range(ONE + 1, ONE + 1 + len(runs[0].unknown))]
-    solution = fit._refine(delay, terms, fit._sliding())
-    std = float(np.sqrt(solution.covariance[0, 0]))
-    return Unscaled(float(solution.values[0]), std, solution.residual)
+    return ServoFit(law, std, period, residual)
 
 
 class _Fit(NamedTuple):
@@ -133,61 +105,21 @@ class _Joint:
 
     def fit(self) -> _Fit:
         """Gains, limit and delay."""
-        sliding = self._sliding()
-        unknown = range(ONE + 1, ONE + 1 + len(self.runs[0].unknown))
-        unsaturated = sliding & _away(self.size > BELOW * self.size.max())
-        terms = [TORQUE, VELOCITY, ONE, *unknown]
+        unsaturated = _away(self.size > BELOW * self.size.max())
+        terms = [TORQUE, VELOCITY, ONE]
         solution = self._refine(self._search(terms, unsaturated), terms, unsaturated)
-        for _ in range(TRIMS if unknown else 0):
-            kept = unsaturated & self._plausible(solution, unsaturated)
-            solution = self._refine(solution.delay, terms, kept)
         limit, spread, used = self._limit(solution)
-        used &= sliding
         solution = self._refine(solution.delay, terms, used)
-        if not unknown and np.isinf(limit):
+        if np.isinf(limit):
             versions = [solution, *self._extended(solution, used)]
             solution = min(versions, key=lambda version: version.residual**2 / HALVED ** len(version.terms))
-        fit = _numbers(solution, limit, spread)
-        others = [self._by_friction(solution, fit.values[0]), self._by_spring(solution, used, fit.values[0])]
-        return fit._replace(stds=np.sqrt(fit.stds**2 + np.sum(np.square(others), axis=0)))
+        return _numbers(solution, limit, spread)
 
     def _extended(self, solution: _Solution, used: np.ndarray) -> Iterator[_Solution]:
         """Solutions with feed-forward, with an integrator, and with both."""
         for extra in ([COMMAND_RATE], [INTEGRAL], [COMMAND_RATE, INTEGRAL]):
             terms = [*solution.terms, *extra]
             yield self._refine(self._search(terms, used), terms, used)
-
-    def _plausible(self, solution: _Solution, used: np.ndarray) -> np.ndarray:
-        """Samples whose position error is that of the law, within the scatter of most samples."""
-        columns, error, _ = self._system(solution.delay)
-        residual = np.abs(error - columns[:, solution.terms] @ solution.values)
-        return np.asarray(residual <= OUTLIER * np.median(residual[used]))
-
-    def _by_friction(self, solution: _Solution, stiffness: float) -> np.ndarray:
-        """Standard deviations of the numbers because dry friction has another law than that of the fit."""
-        deviation = np.zeros(len(fields(ServoLaw)))
-        if len(self.runs[0].unknown):
-            dry = solution.values[solution.terms.index(ONE + 1)] / solution.values[0]
-            torque = float(np.sqrt(np.mean(self.size**2))) + np.finfo(float).tiny
-            deviation[0] = abs(DRY * dry / torque * stiffness)
-        return deviation
-
-    def _by_spring(self, solution: _Solution, used: np.ndarray, stiffness: float) -> np.ndarray:
-        """Standard deviations of the numbers because the joint may have a spring of any stiffness."""
-        deviation = np.zeros(len(fields(ServoLaw)))
-        if len(self.runs[0].unknown):
-            columns, error, _ = (part[used] for part in self._system(solution.delay))
-            values = _least_squares(columns[:, [*solution.terms, POSITION]], error)
-            if values[0] and np.isfinite(stiffness):
-                deviation[0] = abs(1.0 / values[0] - stiffness)
-        return deviation
-
-    def _sliding(self) -> np.ndarray:
-        """Samples whose joint slides, since the torque of dry friction is unknown while it sticks."""
-        if not len(self.runs[0].unknown):
-            return np.ones(len(self.size), bool)
-        speed = np.concatenate([np.abs(run.velocity[run.inside, self.joint]) for run in self.runs])
-        return ~_near(speed < SLOW * np.sqrt(np.mean(speed**2)))
 
     def _system(self, delay: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """All columns (t, k), position error (t,), and its derivative by the delay (t,)."""
@@ -205,10 +137,8 @@ class _Joint:
             run.velocity[:, joint],
             -rate,
             -integral,
-            run.position[:, joint],
             np.ones_like(error),
         ]
-        columns += [shape[:, joint] for shape in run.unknown]
         return np.stack(columns, axis=1)[inside], error[inside], rate[inside]
 
     def _search(self, terms: list[int], used: np.ndarray) -> float:
@@ -217,39 +147,48 @@ class _Joint:
         return float(min(delays.tolist(), key=lambda delay: self._squares(delay, terms, used)))
 
     def _squares(self, delay: float, terms: list[int], used: np.ndarray) -> float:
-        """Sum of squared residuals of the position error [rad^2]."""
+        """Sum of squared residuals of the position error, less the share of the torque's noise [rad^2]."""
         columns, error, _ = (part[used] for part in self._system(delay))
-        columns = columns[:, terms]
-        return float(np.sum((error - columns @ _least_squares(columns, error)) ** 2))
+        columns, noise = columns[:, terms], self._noise(columns, terms, used)
+        values = _least_squares(columns, error, noise)
+        return float(np.sum((error - columns @ values) ** 2) - len(error) * noise @ values**2)
 
     def _refine(self, delay: float, terms: list[int], used: np.ndarray) -> _Solution:
         """Coefficients and delay; the delay may be slightly negative, as an estimate of zero is."""
         ends = (max(delay - 2.0 * GRID, -GRID), delay + 2.0 * GRID)
         best = minimize_scalar(self._squares, bounds=ends, args=(terms, used), options={"xatol": 1e-5})
         columns, error, rate = (part[used] for part in self._system(best.x))
-        columns = columns[:, terms]
-        values = _least_squares(columns, error)
+        columns, noise = columns[:, terms], self._noise(columns, terms, used)
+        values = _least_squares(columns, error, noise)
         residual = error - columns @ values
-        covariance = self._covariance(np.column_stack([columns, rate]), residual, used)
+        scores = np.column_stack([columns, rate]) * residual[:, None]
+        scores[:, : len(values)] += noise * values
+        columns = np.column_stack([columns, rate])
+        covariance = self._covariance(columns, scores, np.append(noise, 0.0), used)
         return _Solution(terms, float(best.x), values, covariance, float(np.sqrt(np.mean(residual**2))))
 
-    def _covariance(self, columns: np.ndarray, residual: np.ndarray, used: np.ndarray) -> np.ndarray:
+    def _noise(self, columns: np.ndarray, terms: list[int], used: np.ndarray) -> np.ndarray:
+        """Variance of the noise of each term, of which only the torque has any, shape (k,)."""
+        parts = [np.full(len(run.time[run.inside]), run.noise[self.joint] ** 2) for run in self.runs]
+        variance = min(np.mean(np.concatenate(parts)[used]), MOSTLY * np.mean(columns[:, TORQUE] ** 2))
+        return np.where(np.array(terms) == TORQUE, variance, 0.0)
+
+    def _covariance(
+        self, columns: np.ndarray, scores: np.ndarray, noise: np.ndarray, used: np.ndarray
+    ) -> np.ndarray:
         scale = np.maximum(np.linalg.norm(columns, axis=0), NOTHING)
-        columns = columns / scale
-        inverse = np.linalg.pinv(columns.T @ columns, hermitian=True)
-        scores = np.zeros((BLOCKS, columns.shape[1]))
-        np.add.at(scores, self.block[used], columns * residual[:, None])
-        covariance = inverse @ (scores.T @ scores) @ inverse * BLOCKS / (BLOCKS - 1)
+        columns, scores = columns / scale, scores / scale
+        information = columns.T @ columns - np.diag(len(columns) * noise / scale**2)
+        inverse, sums = np.linalg.pinv(information, hermitian=True), np.zeros((BLOCKS, columns.shape[1]))
+        np.add.at(sums, self.block[used], scores)
+        covariance = inverse @ (sums.T @ sums) @ inverse * BLOCKS / (BLOCKS - 1)
         return np.asarray(covariance / np.outer(scale, scale))
 
     def _limit(self, solution: _Solution) -> tuple[float, float, np.ndarray]:
         """Limit of the torque, its standard deviation, and the samples below it."""
         columns, error, _ = self._system(solution.delay)
         excess = (error - columns[:, solution.terms] @ solution.values) / solution.values[0]
-        # The torque that was measured; or that of the bodies and of friction
-        acting = [place for place, term in enumerate(solution.terms) if term == TORQUE or term > ONE]
-        torque = columns[:, solution.terms][:, acting] @ solution.values[acting] / solution.values[0]
-        linear, size = np.abs(torque + excess), self.size if len(acting) == 1 else np.abs(torque)
+        linear, size = np.abs(columns[:, TORQUE] + excess), self.size
         top = np.sort(size)[-FEWEST // 2]
         above = (linear > SATURATED * top) & (solution.values[0] > 0.0)
         if above.sum() < FEWEST or np.std(size[above]) > LEVEL * top:
@@ -274,8 +213,8 @@ def _near(marked: np.ndarray) -> np.ndarray:
 
 def _numbers(solution: _Solution, limit: float, spread: float) -> _Fit:
     """Gains from coefficients, with standard deviations to first order."""
-    coefficients = np.zeros(POSITION)
-    used = [(place, term) for place, term in enumerate(solution.terms) if term < POSITION]
+    coefficients = np.zeros(ONE)
+    used = [(place, term) for place, term in enumerate(solution.terms) if term < ONE]
     for place, term in used:
         coefficients[term] = solution.values[place]
     gains = np.array([1.0, *coefficients[1:]]) / coefficients[TORQUE]
@@ -294,6 +233,11 @@ def _numbers(solution: _Solution, limit: float, spread: float) -> _Fit:
     )
 
 
-def _least_squares(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _least_squares(columns: np.ndarray, values: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Coefficients of columns (t, k) whose own noise has some variances (k,)."""
     scale = np.maximum(np.linalg.norm(columns, axis=0), NOTHING)
-    return np.asarray(np.linalg.lstsq(columns / scale, values, rcond=None)[0] / scale)
+    columns = columns / scale
+    if not np.any(noise):
+        return np.asarray(np.linalg.lstsq(columns, values, rcond=None)[0] / scale)
+    information = columns.T @ columns - np.diag(len(columns) * noise / scale**2)
+    return np.asarray(np.linalg.pinv(information, hermitian=True) @ (columns.T @ values) / scale)

@@ -20,20 +20,18 @@ from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
 from ..diagnosis.words.sentences import sentence
 from ..model import Model
 from ..plausible.gate import doubts
-from ..plausible.position_servos import servo_gain_doubts
 from ..preparation.prepare import Filtering
 from ..progress import StageText
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
-from ..robot_files.mjcf_drives import servo_stiffness
-from .answer import Answer, DriveGains, attached, drive_gains, file_alone, friction, with_drive_gains
+from .answer import Answer, DriveGains, attached, drive_gains, file_alone
 from .distances import Distances, horizons_of
 from .judge import TOOL, Judge
 from .ladder import Ladder, Stage
 from .replay import POSITION, TORQUE, Run, what_is_commanded
 from .servo_changes import ServoChange
-from .servo_stage import ServoStage, servo_stage, unchanged, with_tuned_delay
+from .servo_stage import ServoStage, servo_stage, unchanged
 from .servo_torque import with_servo_torque
 from .solver_friction import with_solver_friction
 from .trial import Source, Trial, require_unloaded, simulated_runs
@@ -43,39 +41,27 @@ SERVOS = "servos of the file (gains, limits, delays of commands)"
 
 @dataclass(frozen=True, eq=False)
 class Gap:
-    """The gap between simulation and recordings, and what closes it.
+    """The gap between simulation and recordings, and what closes it."""
 
-    Attributes:
-        diagnosis: Diagnosis of the runs.
-        commands: What was commanded, "position" or "torque".
-        held: Whether commands were held from sample to sample in the simulations, rather than interpolated.
-        horizons: Times after a start at which both are compared [s].
-        runs: Held-out runs.
-        original: Distances with the original file.
-        servos: Numbers of the file's servos that changed.
-        stages: What was tried, in this order: servos, numbers, findings.
-        file: The best file by itself.
-        attached: The file with the findings, some of which `exidyn.mujoco.attach` adds.
-        taken_out: Findings about the measurement, which were removed from the recordings, in words.
-        beyond: Findings that a simulated arm cannot represent, in words.
-        negligible: Findings that vanish in a fit together with the others.
-        drive_gains: Drive gains that turn recorded currents into torque; None if no currents were recorded.
-    """
-
-    diagnosis: Diagnosis
-    commands: str
+    diagnosis: Diagnosis  # diagnosis of the runs
+    commands: str  # what was commanded, "position" or "torque"
+    # Whether commands were held from sample to sample in the simulations, rather than interpolated.
     held: bool
-    horizons: tuple[float, ...]
-    runs: tuple[Run, ...]
-    original: Distances
-    servos: tuple[ServoChange, ...]
-    stages: tuple[Stage, ...]
-    file: Answer
-    attached: Answer
+    horizons: tuple[float, ...]  # times after a start at which both are compared [s]
+    runs: tuple[Run, ...]  # held-out runs
+    original: Distances  # distances with the original file
+    servos: tuple[ServoChange, ...]  # numbers of the file's servos that changed
+    stages: tuple[Stage, ...]  # what was tried, in this order: servos, numbers, findings
+    file: Answer  # the best file by itself
+    attached: Answer  # the file with the findings, some of which `exidyn.mujoco.attach` adds
+    # Findings about the measurement, which were removed from the recordings, in words.
     taken_out: tuple[str, ...]
-    beyond: tuple[str, ...]
-    negligible: tuple[Finding, ...] = ()
+    beyond: tuple[str, ...]  # findings that a simulated arm cannot represent, in words
+    negligible: tuple[Finding, ...] = ()  # findings that vanish in a fit together with the others
+    # Drive gains that turn recorded currents into torque; None if no currents were recorded.
     drive_gains: DriveGains | None = None
+    # Joints whose stiffness of the servo cannot be determined from these runs.
+    undetermined: tuple[int, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -115,6 +101,8 @@ def gap(
         ExidynError: If the runs cannot be used; the message gives the reason.
     """
     require_unloaded(recordings)
+    model = _by_servos_of_file(model)
+    recordings = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
     progress(StageText("servos", "identify the servos"))
     joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
     model = with_solver_friction(model, compiled)
@@ -133,23 +121,26 @@ def gap(
         training = replace(trial, runs=simulated_runs(raw, filtering, False))
         ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by))
         servos = _with_identified_gains(ladder, servos, source, recordings, raw)
-        training = replace(training, held=servos.held)
-        servos = with_tuned_delay(servos, training, with_drive_gains(ladder), friction(ladder))
         trial, training = (replace(of, source=servos.source, held=servos.held) for of in (trial, training))
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
         ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        file = file_alone(ladder, training)
+        file = file_alone(ladder, training, servos if commands == POSITION else None)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
         diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original,
         servos.changes, (*servo_stages, *ladder.stages), file, attached(ladder, file),
         tuple(sentence(finding, diagnosis.joints) for finding in faults),
         tuple(sentence(finding, diagnosis.joints) for finding in beyond),
-        tuple(ladder.negligible), drive_gains(ladder, trial),
+        tuple(ladder.negligible), drive_gains(ladder, trial), servos.undetermined,
     )  # fmt: skip
+
+
+def _by_servos_of_file(model: Model) -> Model:
+    """The arm without stated servos: those of a proposed robot file have gains of 1, which nobody knows."""
+    return replace(model, robot=replace(model.robot, servo=None))
 
 
 def _with_identified_gains(
@@ -162,7 +153,7 @@ def _with_identified_gains(
     """The servos, identified again if the drive gains of currents were: gains of servos are torques too."""
     trial = ladder.trial
     gained = ladder.with_gains(trial)
-    if trial.commands != POSITION or trial.model.robot.servo is not None or gained is trial:
+    if trial.commands != POSITION or gained is trial:
         return servos
     servos = servo_stage(source, gained.model, recordings, raw, ladder.filtering, ladder.judge)
     ladder.trial = replace(trial, source=servos.source, held=servos.held)
@@ -198,11 +189,7 @@ def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Rec
     if not any(is_servo_error(run.settings) for _, run in recordings):
         return []
     joints = model.robot.joints
-    runs = [run for _, run in recordings]
-    stiffness = None if model.robot.servo is not None else servo_stiffness(compiled, joints)
-    if stiffness is not None and (wrong := servo_gain_doubts(runs, model, stiffness)):
-        return wrong
-    return doubts([with_servo_torque(compiled, run, joints, 0.0) for run in runs], model)
+    return doubts([with_servo_torque(compiled, run, joints, 0.0) for _, run in recordings], model)
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

@@ -21,14 +21,11 @@ ROTOR = 1e15
 
 
 class Others(NamedTuple):
-    """Joints of a simulation that a robot does not have.
+    """Joints of a simulation that a robot does not have."""
 
-    Attributes:
-        held: Address in `qpos` of each held joint -> its position, shape (1,), (4,) or (7,).
-        led: Equality, and addresses in `qpos` of the joint that follows and its leader.
-    """
-
+    # Address in `qpos` of each held joint -> its position, shape (1,), (4,) or (7,).
     held: Mapping[int, np.ndarray]
+    # Equality, and addresses in `qpos` of the joint that follows and its leader.
     led: Sequence[tuple[int, int, int]]
 
     def place(self, model: Any, data: Any) -> None:

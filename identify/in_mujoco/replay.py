@@ -1,7 +1,8 @@
 """Replay: the commands of a recording, applied to the arm in MuJoCo from any sample onward."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -122,7 +123,7 @@ class Simulator:
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
         self._twists = self._twists_of(arm.robot.joints)
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
-        self._inputs = [input_of(self.model, servo) for servo in self._servos]
+        self._inputs = [input_of(self.model, servo) for servo in self._servos] or self._dofs
         self._held, self.delay = held, self._take_delays()
         if commands == TORQUE:
             silence(self.model, [int(joint.id) for joint in joints])
@@ -152,38 +153,6 @@ class Simulator:
         if self._attached is not None:
             self._attached.detach()
 
-    def set_gains(self, stiffness: np.ndarray, damping: np.ndarray) -> None:
-        """Set the gains of the servos at the joints, shape (n,) each [N m/rad, N m s/rad]."""
-        model, servo = self.model, self._servos
-        square = model.actuator_gear[servo, 0] ** 2
-        model.actuator_gainprm[servo, 0] = stiffness / square
-        model.actuator_biasprm[servo, 1] = -stiffness / square
-        model.actuator_biasprm[servo, 2] = -damping / square
-
-    def set_limits(self, limit: np.ndarray) -> None:
-        """Set the largest torque of the servos at the joints, shape (n,) [N m]; infinite for none."""
-        model, servo = self.model, self._servos
-        force = limit / np.abs(model.actuator_gear[servo, 0])
-        limited = np.isfinite(force)
-        model.actuator_forcelimited[servo] = limited
-        model.actuator_forcerange[servo] = np.where(limited, force, 0.0)[:, None] * [-1.0, 1.0]
-
-    def renew(self) -> None:
-        """Compute what MuJoCo derives from the numbers of its model, after they have been changed."""
-        self._mujoco.mj_setConst(self.model, self._data)
-
-    def torque(self, run: Run) -> np.ndarray:
-        """Torque that the recorded motion of a run takes, friction included, shape (t, n) [N m]."""
-        mujoco, model, data = self._mujoco, self.model, self._data
-        acceleration, torque = np.gradient(run.velocity, run.time, axis=0), np.empty_like(run.position)
-        self._begin(run, 0, 1)
-        for row, state in enumerate(zip(run.position, run.velocity, acceleration, strict=True)):
-            data.qpos[self._qpos], data.qvel[self._dofs], data.qacc[self._dofs] = state
-            mujoco.mj_inverse(model, data)
-            torque[row] = data.qfrc_inverse[self._dofs]
-        data.qacc[:] = 0.0
-        return torque
-
     def roll(self, run: Run, first: int, last: int) -> np.ndarray:
         """Simulated positions at samples first + 1 to last of a run, shape (k, n) [rad].
 
@@ -193,9 +162,9 @@ class Simulator:
         time, commands = self._begin(run, first, last)
         positions = np.full((len(time), len(self._qpos)), np.inf)
         positions[0] = run.position[first]
-        target, places = (data.ctrl, self._inputs) if self._servos else (data.qfrc_applied, self._dofs)
+        target = data.ctrl if self._servos else data.qfrc_applied
         for row, command in enumerate(commands):
-            target[places] = command
+            target[self._inputs] = command
             mujoco.mj_step(model, data)
             position = data.qpos[self._qpos]
             if not np.all(np.abs(position) < BEYOND):
@@ -207,26 +176,33 @@ class Simulator:
         """The same for windows (run, first, last), in threads if no effects are attached."""
         if self._attached is not None:
             return [self.roll(*window) for window in windows]
-        rollout = optional("mujoco.rollout", PURPOSE, "mujoco")
-
-        kind = enum_of("mjtState", "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED")
-        full = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
-        size, places = (len(self._data.ctrl), self._inputs) if self._servos else (self.model.nv, self._dofs)
-        begun = [self._begin_at(full, *window) for window in windows]
-        steps = max(len(commands) for _, _, commands in begun)
-        control = np.zeros((len(windows), steps, size))
-        for row, (_, _, commands) in zip(control, begun, strict=True):
-            row[:, places] = np.pad(commands, ((0, steps - len(commands)), (0, 0)), "edge")
-        data = [self._mujoco.MjData(self.model) for _ in range(os.cpu_count() or 1)]
-        states, _ = rollout.rollout(
-            self.model, data, np.array([state for state, _, _ in begun]), control, control_spec=int(kind)
-        )
-        position = states[:, :, 1 + np.array(self._qpos)]  # time is first
-        position[np.logical_or.accumulate(~np.all(np.abs(position) < BEYOND, axis=2), axis=1)] = np.inf
+        begun = [self._begin(*window) for window in windows]
+        steps = max(len(commands) for _, commands in begun)
+        padded = [np.pad(rows, ((0, steps - len(rows)), (0, 0)), "edge") for _, rows in begun]
+        states = np.array([self.state_at(run, first) for run, first, _ in windows])
+        positions = self.rolled([self.model] * len(windows), states, np.array(padded))
+        positions[np.logical_or.accumulate(~np.all(np.abs(positions) < BEYOND, axis=2), axis=1)] = np.inf
         return [
             _at_samples(*window, time, np.vstack([window[0].position[window[1]], moved])[: len(time)])
-            for window, (_, time, _), moved in zip(windows, begun, position, strict=True)
+            for window, (time, _), moved in zip(windows, begun, positions, strict=True)
         ]
+
+    def rolled(self, models: Sequence[Any], states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Positions after each step of versions of the model, shape (r, k, n).
+
+        Args:
+            models: Model of each of the r simulations.
+            states: Full state in which each starts, see `state_at`.
+            inputs: Inputs in all steps, shape (r, k, n).
+        """
+        control = np.zeros((*inputs.shape[:2], self.model.nu if self._servos else self.model.nv))
+        control[:, :, self._inputs] = inputs
+        kind = enum_of("mjtState", "mjSTATE_CTRL" if self._servos else "mjSTATE_QFRC_APPLIED")
+        data = [self._mujoco.MjData(self.model) for _ in range(os.cpu_count() or 1)]
+        rollout = optional("mujoco.rollout", PURPOSE, "mujoco").rollout
+        with _quiet(self._mujoco):
+            moved, _ = rollout(list(models), data, states, control, control_spec=int(kind))
+        return np.asarray(moved[:, :, 1 + np.array(self._qpos)])  # time is first
 
     def _begin(self, run: Run, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
         """Set the state at a sample; returns the time of all steps and the end, and the commands."""
@@ -238,16 +214,7 @@ class Simulator:
             self._bend(run, first)
         step = model.opt.timestep
         time = step * np.arange(int(np.ceil((run.time[last] - run.time[first]) / step)) + 1)
-        return time, self._commands_in_steps(run, run.time[first] + time[:-1], step)
-
-    def _begin_at(
-        self, kind: int, run: Run, first: int, last: int
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """State of MuJoCo at a sample, time of all steps and the end, and commands."""
-        time, commands = self._begin(run, first, last)
-        state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
-        self._mujoco.mj_getState(self.model, self._data, state, kind)
-        return state, time, commands
+        return time, self.inputs_at(run, run.time[first] + time[:-1], self.delay, self._held)
 
     def _bend(self, run: Run, row: int) -> None:
         """Set the twist of the gears to its static value under their load at a sample of a run."""
@@ -263,17 +230,39 @@ class Simulator:
             data.qpos[place] = -load / stiffness if stiffness else -half * np.sign(load)
         data.qacc[:] = 0.0
 
-    def _commands_in_steps(self, run: Run, time: np.ndarray, step: float) -> np.ndarray:
-        """Command in each step, as controllers hold or interpolate commands between samples, shape (k, n)."""
-        if self._servos:
-            assert run.command is not None
-            gear, times = self.model.actuator_gear[self._servos, 0], time[:, None] - self.delay
-            if self._held:
-                places = np.searchsorted(run.time, times + TOUCHING, side="right") - 1
-                return gear * np.take_along_axis(run.command, np.maximum(places, 0), axis=0)
-            columns = zip(times.T, run.command.T, strict=True)
-            return gear * np.stack([np.interp(at, run.time, column) for at, column in columns], axis=1)
-        return _between(time + 0.5 * step, run.time, run.torque(self._arm))  # in the middle of the step
+    def state_at(self, run: Run, first: int) -> np.ndarray:
+        """Full state of MuJoCo at a sample of a run."""
+        self._begin(run, first, first)
+        kind = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
+        state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
+        self._mujoco.mj_getState(self.model, self._data, state, kind)
+        return state
+
+    def inputs_at(self, run: Run, time: np.ndarray, delay: np.ndarray, held: bool) -> np.ndarray:
+        """Inputs at times (k,) [s], shape (k, n), as controllers hold or interpolate commands.
+
+        They are positions with a delay of each servo (n,) [s], or joint torques in the middle of each step.
+        """
+        if not self._servos:
+            return _between(time + 0.5 * self.model.opt.timestep, run.time, run.torque(self._arm))
+        assert run.command is not None
+        gear, times = self.model.actuator_gear[self._servos, 0], time[:, None] - delay
+        if held:
+            places = np.searchsorted(run.time, times + TOUCHING, side="right") - 1
+            return gear * np.take_along_axis(run.command, np.maximum(places, 0), axis=0)
+        columns = zip(times.T, run.command.T, strict=True)
+        return gear * np.stack([np.interp(at, run.time, column) for at, column in columns], axis=1)
+
+
+@contextmanager
+def _quiet(mujoco: Any) -> Iterator[None]:
+    """No warnings of MuJoCo, on the terminal and in a file: some versions that are tried diverge."""
+    handler = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(handler)
 
 
 def _between(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import RecordingError
 from ..recordings.recording import EFFORT, Recording, Signal
-from ..recordings.servo_error import FEW, SELDOM, delayed_command, is_servo_error
+from ..recordings.servo_error import FEW, SELDOM, is_servo_error
 from ..robot_files.mjcf_drives import servos
 from ..robot_files.mjcf_names import enum_of
 
@@ -29,8 +29,7 @@ def with_servo_torque(
 ) -> Recording:
     """The recording, with servo errors replaced by the torque of the file's servos.
 
-    A recording with measured effort is returned unchanged. If the robot states a servo law, its kp is a drive
-    gain, which is fitted: such a recording keeps servo errors, with commands at the times at which they act.
+    A recording with measured effort is returned unchanged.
 
     Args:
         model: The compiled MJCF.
@@ -46,8 +45,6 @@ def with_servo_torque(
     if not is_servo_error(recording.settings):
         return recording
     delay = np.zeros(len(joints)) if delay is None else delay
-    if recording.robot.servo is not None:
-        return delayed_command(recording, delay) or recording
     actuators = servos(model, joints)
     if not actuators:
         raise RecordingError(

@@ -14,6 +14,10 @@ STATED = (
     "All torques, and so masses, friction and kp, are proportional to these gains. A run with a known "
     "payload determines them: --payload RUN --mass KG."
 )
+UNDETERMINED = (
+    "kp of {} cannot be determined from these runs to 10 %: friction exceeds the torque of the bodies there. "
+    "Its friction and damping hold for this kp only."
+)
 IDENTIFIED = "All identified numbers belong to the identified gains."
 SIMULATED = " Only the original file is simulated with the stated gains."
 TOGETHER = (
@@ -47,7 +51,11 @@ def servos(gap: Gap) -> list[Block]:
         for change in gap.servos
     ]  # fmt: skip
     head = ["joint", "servo", "unit", "file", "identified", "± 95 %"]
-    return [Table(head, rows, words=(1, 2))] if rows else []
+    blocks: list[Block] = [Table(head, rows, words=(1, 2))] if rows else []
+    if gap.undetermined:
+        names = ", ".join(gap.diagnosis.joints[joint] for joint in gap.undetermined)
+        blocks.append(Paragraph(UNDETERMINED.format(names)))
+    return blocks
 
 
 def changed_numbers(gap: Gap) -> list[Block]:

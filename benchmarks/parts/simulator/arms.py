@@ -2,8 +2,7 @@
 
 Three of them have nothing concealed, so every number that is changed there is changed for nothing. The values
 of the others are drawn with the name of the arm as the seed, large enough to matter and no arm absurd. Half
-of the logs hold the motors' torque; the others hold commands and positions alone, some at 50 Hz as of hobby
-servos. A servo at its limit lags behind, and so stays there longer: the limit is searched with the whole arm.
+of the logs hold the motors' torque; the others hold commands and positions alone, some at 50 Hz.
 """
 
 from collections.abc import Callable, Iterator

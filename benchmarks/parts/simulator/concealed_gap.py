@@ -151,6 +151,7 @@ def _source(arm: Arm) -> Source:
     return Source(arm.path.read_bytes(), str(arm.path.parent), arm.path.name)
 
 
+LEFT = ("gap_left_attached", "gap_left_file")
 SECONDS, QUICK_SECONDS = 20.0, 10.0
 """Duration of each motion."""
 
@@ -164,12 +165,13 @@ def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
         for arm in arms(folder / "mjcf", rows)
     }
     _show(by_arm)
-    return {**summary([*by_arm.values()]), "by_log": _by_log(by_arm), "by_arm": by_arm}
+    return {**summary([*by_arm.values()]), "by_arm": by_arm}
 
 
 def summary(every: list[dict[str, Any]]) -> dict[str, Any]:
     """Figures of several arms together; medians are NaN where no arm was judged."""
     judged = [arm for arm in every if "refused" not in arm]
+    controls = [arm for arm in judged if "changed" in arm]
     concealed = sum(len(arm["concealed"]) for arm in every)
     return {
         "arms": len(every),
@@ -177,22 +179,11 @@ def summary(every: list[dict[str, Any]]) -> dict[str, Any]:
         "named_percent": 100.0 * sum(len(arm["named"]) for arm in judged) / max(concealed, 1),
         "false": sum(len(arm["false"]) for arm in judged),
         "refused": len(every) - len(judged),
-        "gap_left_attached": _median(judged, "gap_left_attached"),
-        "gap_left_file": _median(judged, "gap_left_file"),
+        **{key: float(np.median([arm[key] for arm in judged if key in arm] or [np.nan])) for key in LEFT},
         "file_worse_than_original": sum(arm["file_worse"] for arm in judged),
+        "control_unchanged": 100.0 * float(np.mean([not arm["changed"] for arm in controls] or [np.nan])),
         "changed_for_nothing": sum(len(arm.get("changed", ())) for arm in judged),
     }
-
-
-def _median(arms: list[dict[str, Any]], key: str) -> float:
-    values = [arm[key] for arm in arms if key in arm]
-    return float(np.median(values)) if values else np.nan
-
-
-def _by_log(by_arm: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Figures of logs with torque, and of commands alone."""
-    logs = sorted({arm["log"].partition(",")[0] for arm in by_arm.values()})
-    return {log: summary([arm for arm in by_arm.values() if arm["log"].startswith(log)]) for log in logs}
 
 
 def _show(by_arm: dict[str, dict[str, Any]]) -> None:

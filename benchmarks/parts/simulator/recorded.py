@@ -5,6 +5,9 @@ file, with the file as answered, and with effects attached to it. Where a log ha
 the simulation. Logs of hobby servos and of legs hold commands and positions, which position servos follow.
 """
 
+import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
@@ -130,8 +133,9 @@ XL330 = Recorded(
 ARMS = (
     XL330,
     Recorded(
-        "SO-101", "sage_so101", ("multisine",), ("large_amplitude",), ("figure_eight",),
-        mjcf="sage_so101/so101.xml", commands=POSITION, columns=by_joint(SO101),
+        "SO-101", "sage_so101", ("multisine", "large_amplitude"), ("lissajous_pattern",),
+        ("chirp_sweep", "figure_eight", "friction_gravity", "step_response"), mjcf="sage_so101/so101.xml",
+        commands=POSITION, columns=by_joint(SO101),
     ),
     Recorded(
         "Go2 legs", "go2_legs", ("legs[0:1]",), ("legs[1:2]",), ("legs[2:3]",), mjcf="go2_legs/go2.xml",
@@ -147,7 +151,7 @@ ARMS = (
 )  # fmt: skip
 
 
-ANSWERS = ("original", "file", "attached")
+ANSWERS, LEFT = ("original", "file", "attached"), ("left_file", "left_attached")
 
 
 def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
@@ -157,18 +161,32 @@ def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
         arm.name: kept.of(f"recorded, {arm.name}", lambda arm=arm: answered(arm, folder)) for arm in chosen
     }
     _show(by_arm)
+    if RIVAL and not quick:
+        show_rival(folder / "sage_so101", ARMS[1])
     judged = [arm for arm in by_arm.values() if "refused" not in arm]
     return {
         "recorded_refused": len(by_arm) - len(judged),
         "recorded_joints": sum(arm["joints"] for arm in judged),
         **{f"recorded_worse_{key}": sum(arm[f"worse_{key}"] for arm in judged) for key in ANSWERS[1:]},
-        **{f"recorded_left_{key}": _median([arm[f"left_{key}"] for arm in judged]) for key in ANSWERS[1:]},
+        **{
+            f"recorded_left_{key}": float(np.median([arm[f"left_{key}"] for arm in judged] or [np.nan]))
+            for key in ANSWERS[1:]
+        },
         "recorded": by_arm,
     }
 
 
-def _median(values: list[float]) -> float:
-    return float(np.median(values)) if values else np.nan
+RIVAL = os.environ.get("EXIDYN_RIVAL", "")
+"""Script that fits only servos by simulation, MODEL --fit LOG... --test LOG... --columns COLUMN=JOINT..."""
+
+
+def show_rival(folder: Path, arm: Recorded) -> None:
+    """Run the rival on the same runs of an arm, which prints its errors."""
+    fitted, judges = ([folder / f"{name}.csv.gz" for name in names] for names in (arm.fitted, arm.judges))
+    joints = [actuator.target for actuator in mujoco.MjSpec.from_file(str(folder / "so101.xml")).actuators]
+    pairs = map("=".join, zip(SO101, joints, strict=True))
+    command = [RIVAL, folder / "so101.xml", "--fit", *fitted, "--test", *judges, "--columns", *pairs]
+    subprocess.run([sys.executable, *map(str, command)], check=True)
 
 
 def _show(by_arm: dict[str, Any]) -> None:

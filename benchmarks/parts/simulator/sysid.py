@@ -1,10 +1,8 @@
 """Beside mujoco.sysid, by the same logs: numbers of a file that are wrong, and a delay of every servo.
 
 Plain MuJoCo is the real arm; armature, damping, frictionloss and delay of every joint are drawn. mujoco.sysid
-is told which numbers are wrong, and its simulation has their very physics; it begins at the file's numbers
-and fits by rollouts of whole runs. Its torques are those that its sensors read, which in steps of 2 ms is not
-what moves a joint. exidyn is told nothing: it fits every number of the model, on the first
-motion, and decides by a second. Both files are judged alike on a third.
+is told which numbers are wrong, and its simulation has their very physics. exidyn is told nothing: it fits
+every number of the model, on the first motion, and decides by a second. A third judges both files.
 """
 
 import tempfile
@@ -42,16 +40,13 @@ SECONDS, QUICK_SECONDS = 20.0, 8.0
 """Duration of each run."""
 SHARES = {"armature": (0.3, 2.0), "damping": (0.3, 2.0), "frictionloss": COULOMB}
 """Range of each number of a joint, over `starts`."""
-NONE = {"armature": 0.1, "damping": 1.0}
-"""Numbers for joints of which the file states none."""
+NONE = {"armature": 0.1, "damping": 1.0}  # numbers for joints of which the file states none
 DELAYS = (0.005, 0.03)
 """Range of the delays of servos [s]."""
 LONGEST = 0.06
 """Upper bound of the search for a delay [s]."""
 WIDEST = 10.0
 """Bounds of the search, over the largest number drawn."""
-SIGNALS = (("position",), ("position", "torque"))
-"""Signals that sysid is given; a quick run has the latter alone, which is the better on all three arms."""
 SENSORS = {"position": mujoco.mjtSensor.mjSENS_JOINTPOS, "torque": mujoco.mjtSensor.mjSENS_JOINTACTFRC}
 
 
@@ -75,14 +70,14 @@ def figures(folder: Path, quick: bool, kept: Kept) -> dict[str, Any]:
     rows = [[name, *(arm[key] for key in keys)] for name, arm in by_arm.items()]
     show("Tool point after 2 s on the third motion [mm]", head, rows)
     return {
-        "error_over_sysid": max(arm["mm"] / arm["sysid_mm"] for arm in by_arm.values()),
-        "cpu_over_sysid": max(arm["cpu"] / arm["sysid_cpu"] for arm in by_arm.values()),
+        "sysid_error_ratio": max(arm["mm"] / arm["sysid_mm"] for arm in by_arm.values()),
+        "sysid_cpu_ratio": max(arm["cpu"] / arm["sysid_cpu"] for arm in by_arm.values()),
         "beside_sysid": by_arm,
     }
 
 
 def compared(path: Path, seconds: float) -> dict[str, Any]:
-    """Both on one arm; of sysid the better of positions alone and of torque beside them."""
+    """Both on one arm."""
     nominal = described(path)
     with tempfile.TemporaryDirectory() as scratch:
         real = Path(scratch) / path.name
@@ -96,12 +91,8 @@ def compared(path: Path, seconds: float) -> dict[str, Any]:
     figures = {"original_mm": judge(path.read_text()), "true_mm": judge(true), "mm": judge(text), "cpu": cpu}
     sensed = motions["identify"]._replace(torque=motions["identify"].sensed)
     log = logged(arm, sensed, SEEDS["identify"], "identify")
-    told = {}
-    for names in SIGNALS if seconds == SECONDS else SIGNALS[-1:]:
-        text, cpu = timed(partial(by_sysid, path, nominal, log, names))
-        told[" and ".join(names)] = {"mm": judge(text), "cpu": cpu}
-    best = min(told.values(), key=lambda result: float(result["mm"]))
-    return figures | {"sysid_mm": best["mm"], "sysid_cpu": best["cpu"], "sysid_by": told}
+    text, cpu = timed(partial(by_sysid, path, nominal, log, tuple(SENSORS)))
+    return figures | {"sysid_mm": judge(text), "sysid_cpu": cpu}
 
 
 def _delays(path: Path, nominal: Model) -> tuple[Item, ...]:

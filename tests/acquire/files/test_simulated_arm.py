@@ -73,12 +73,9 @@ def test_logs_without_a_robot_need_a_model_of_all_joints(recorded):
         import_runs(Path("stand.xml"), [Path("log.csv")])
 
 
-def test_a_controller_replaces_motors_and_stated_servos(recorded):
-    source = Source(STAND.encode(), ".", "stand.xml")
-    model = simulated_arm(Path("stand.xml"), recorded)
-    new, arm, _ = controlled(source, model, [], [20.0, 30.0], [0.5])
-    assert arm.robot.servo is None
-    assert new.text.count(b"<general") == 2
+def test_a_controller_replaces_motors(recorded):
+    source, robot = Source(STAND.encode(), ".", "stand.xml"), simulated_arm(Path("stand.xml"), recorded).robot
+    assert controlled(source, robot, [20.0, 30.0], [0.5]).text.count(b"<general") == 2
     for gains in ([1.0] * 3, [-1.0]):
         with pytest.raises(RobotError, match="--kp"):
-            controlled(source, model, [], gains, [0.0])
+            controlled(source, robot, gains, [0.0])

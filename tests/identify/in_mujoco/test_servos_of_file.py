@@ -10,12 +10,12 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.servo_fit import identify_servos
 from exidyn.identification.fit.servo_runs import ServoRun
 from exidyn.identification.in_mujoco.gap import gap
+from exidyn.identification.in_mujoco.joint_numbers import DAMPING, DRY, KP, LIMIT, JointNumbers
 from exidyn.identification.in_mujoco.judge import Judge
 from exidyn.identification.in_mujoco.replay import Run
-from exidyn.identification.in_mujoco.servo_changes import changed_law, determined, servo_changes
+from exidyn.identification.in_mujoco.servo_changes import changed_law, servo_changes
 from exidyn.identification.in_mujoco.servo_stage import servo_stage
-from exidyn.identification.in_mujoco.simulated_gains import with_simulated_gains
-from exidyn.identification.in_mujoco.simulated_limits import with_simulated_limits
+from exidyn.identification.in_mujoco.simulated_numbers import simulated_numbers
 from exidyn.identification.in_mujoco.trial import Source, Trial
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.robot_files.mjcf_drives import servo_law
@@ -65,20 +65,17 @@ def test_the_servos_alone_take_most_of_the_gap(alone):
     assert after < 0.6 * before  # the friction that the file lacks remains
 
 
-def test_a_delay_is_judged_beside_stated_drive_gains():
-    """The gains of this file are arbitrary: beside them, the delay would move the simulation away."""
-    text = ARM.replace('kp="800" kv="40"', 'kp="800" kv="200"').replace(
-        'kp="400" kv="20"', 'kp="400" kv="100"'
-    )
-    model = described(text)
+def test_a_placeholder_gain_of_a_robot_file_is_no_stated_value():
+    """A proposed robot file states a servo gain of 1, and a drive gain that nobody knows."""
+    model, texts = described(), []
     stated = PositionServo(np.ones(2), np.full(2, np.inf))
-    robot = replace(model.robot, servo=stated, drive_gain=np.array([580.0, 310.0]))
-    model, raw = replace(model, robot=robot), runs_of(real_arm())
-    recordings = [(role, commands_alone(run)) for role, run in raw]
-    stage = servo_stage(SOURCE._replace(text=text.encode()), model, recordings, raw, Filtering(), Judge())
-    assert {change.quantity for change in stage.changes} == {"delay"}
-    assert all(abs(change.new - 0.02) < 0.003 for change in stage.changes)
-    assert b'kp="800" kv="200" delay' in stage.source.text
+    proposed = replace(model.robot, servo=stated, drive_gain=np.array([100.0, 30.0]))
+    for arm in (model, replace(model, robot=proposed)):
+        runs = [(role, replace(commands_alone(run), model=arm)) for role, run in runs_of(real_arm())]
+        result = gap(SOURCE, arm, runs)
+        assert {(change.joint, change.quantity) for change in result.servos} >= {(0, "kp"), (1, "kp")}
+        texts.append(result.file.text)
+    assert texts[0] == texts[1]
 
 
 def test_a_simulation_delays_the_commands_of_a_run_by_the_delay_of_the_file():
@@ -120,44 +117,44 @@ STICKING = {
 """What differs in an arm whose dry friction exceeds the torque of its bodies."""
 
 
+def simulated(text):
+    """Numbers by simulation, from commands alone."""
+    runs = [Run.of(log(text, seed, "run"), Filtering()) for seed in (0, 4)]
+    trials = [Trial(SOURCE, described(), [run], "position") for run in runs]
+    numbers = JointNumbers(SOURCE, described().robot)
+    return numbers, simulated_numbers(numbers, *trials, SOURCE.text)
+
+
 @pytest.mark.slow
-@pytest.mark.long
 def test_gains_that_dry_friction_hides_come_from_simulations():
     text = ARM
     for old, new in STICKING.items():
         text = text.replace(old, new)
-    raw = log(text, 0, "one")
-    run = ServoRun.of(commands_alone(raw), np.ones(2)).with_model_torque(described(), rotor_inertia=True)
-    fit = identify_servos([run])
-    assert not np.any(determined(fit))
-    training = Trial(SOURCE, described(), [Run.of(raw, Filtering())], "position")
-    simulated = with_simulated_gains(fit, training, file_law())
-    assert np.all(determined(simulated))
-    np.testing.assert_allclose(simulated.law.stiffness, (100.0, 50.0), rtol=0.05)
-    changes = servo_changes(simulated, file_law())
-    assert {change.quantity for change in changes} == {"kp", "kv"}
-    assert all(abs(c.new - (100.0, 50.0)[c.joint]) < c.half for c in changes if c.quantity == "kp")
+    _, result = simulated(text)
+    np.testing.assert_allclose(result.values[KP], (100.0, 50.0), rtol=0.05)
+    np.testing.assert_allclose(result.values[DRY], (30.0, 12.0), rtol=0.05)
+    assert np.all(np.abs(result.values[KP] - (100.0, 50.0)) < result.halves[KP])
 
 
-def test_what_a_regression_or_a_measured_torque_determines_needs_no_simulation():
-    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
-    trial = Trial(SOURCE, described(), [], "position")
-    assert with_simulated_gains(fit, trial, file_law()) is fit
-    fit = identify_servos([ServoRun.of(log(real_arm(), 0, "run"), np.ones(2))])
-    trial = Trial(SOURCE, described(), [], "position")
-    assert with_simulated_limits(fit, trial, file_law()) is fit
+@pytest.mark.slow
+def test_only_the_joint_that_differs_is_changed():
+    numbers, result = simulated(ARM.replace('damping="0.5" armature="0.05"', 'damping="3" armature="0.05"'))
+    changed = np.argwhere(result.values != numbers.values).tolist()
+    assert changed == [[DAMPING, 1]]
+    assert result.values[DAMPING, 1] == pytest.approx(20.0 + 3.0, rel=0.02)
+
+
+@pytest.mark.slow
+def test_numbers_of_a_right_file_stay():
+    numbers, result = simulated(ARM)
+    np.testing.assert_array_equal(result.values, numbers.values)
+    assert not numbers.servo_changes(result.values, result.halves)
 
 
 @pytest.mark.parametrize(("limit", "reached"), [(18.0, True), (25.0, False)])
 def test_a_limit_without_measured_torque_comes_from_simulations(limit, reached):
-    text = ARM.replace('kv="40"', f'kv="40" forcerange="-{limit} {limit}"')
-    raw = log(text, 0, "one")
-    run = ServoRun.of(commands_alone(raw), np.ones(2)).with_model_torque(described(), rotor_inertia=True)
-    fit = identify_servos([run])
-    training = Trial(SOURCE, described(), [Run.of(raw, Filtering())], "position")
-    limited = with_simulated_limits(fit, training, file_law())
-    assert list(np.isfinite(limited.law.limit)) == [reached, False]
-    changes = servo_changes(limited, file_law())
+    numbers, result = simulated(ARM.replace('kv="40"', f'kv="40" forcerange="-{limit} {limit}"'))
+    changes = numbers.servo_changes(result.values, result.halves)
     assert [(change.joint, change.quantity) for change in changes] == [(0, "forcerange")] * reached
     if reached:
-        assert limited.law.limit[0] == pytest.approx(limit, rel=1e-3)
+        assert result.values[LIMIT, 0] == pytest.approx(limit, rel=0.01)
