@@ -80,13 +80,13 @@ def _checked(runs: Sequence[Recording], model: Model) -> tuple[Suspicion | None,
 
 
 def _suspicion(weighed: Weighed, facts: LogFacts) -> Suspicion | None:
-    found, reading = weighed.named, weighed.plain.reading
-    if found is not None and weighed.probability > LIKELY:
-        names = tuple(facts.joints[j] for j in found.joints)
-        clause = "; ".join(case.clause for case in found.cases)
-        pairs = zip(found.mistakes, found.cases, strict=True)
+    likeliest, reading = weighed.named, weighed.plain.reading
+    if likeliest is not None and weighed.probability > LIKELY:
+        names = tuple(facts.joints[j] for j in likeliest.joints)
+        clause = "; ".join(case.clause for case in likeliest.cases)
+        pairs = zip(likeliest.mistakes, likeliest.cases, strict=True)
         cure = "; ".join(dict.fromkeys(case.cure or mistake.cure for mistake, case in pairs))
-        return Suspicion(found.mistakes[0].name, names, clause, cure, weighed.probability)
+        return Suspicion(likeliest.mistakes[0].name, names, clause, cure, weighed.probability)
     if facts.servo:  # an error of servos is no measured effort
         return None
     if reading.fits:

@@ -18,7 +18,7 @@ from .imported_log import Log, Signs
 from .joint_mistakes import order_of
 from .mistake import LogFacts
 from .samples import sampled
-from .search import FAR_BEHIND, MOST, Found, Weighed, posterior, weigh
+from .search import FAR_BEHIND, MOST, Explanation, Weighed, posterior, weigh
 from .size_mistakes import direction_words
 from .suspicion import DECIDED, Guess
 from .units import FREE, TIME, Units, affine, moves, other_unit_odds, unit_odds, units_of, with_fixed
@@ -139,51 +139,57 @@ def _weighed(reading: Reading, model: Model, by_name: bool) -> Weighed:
     return weigh(reading, facts, kinds)
 
 
-def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Found | None, float]:
+def _likeliest(weighed: Weighed, kinds: frozenset[str]) -> tuple[Explanation | None, float]:
     """Most probable single mistake of some kinds, and the total probability of these kinds."""
-    found = [one for one in weighed.found if len(one.mistakes) == 1 and one.mistakes[0].name in kinds]
-    return (found[0], sum(map(weighed.share, found))) if found else (None, 0.0)
+    single = [each for each in weighed.explanations if len(each.mistakes) == 1]
+    alike = [each for each in single if each.mistakes[0].name in kinds]
+    return (alike[0], sum(map(weighed.share, alike))) if alike else (None, 0.0)
 
 
 def _order(weighed: Weighed, n: int) -> tuple[Guess, tuple[int, ...]]:
-    found, share = _likeliest(weighed, ORDERS)
-    why, option = f"bodies; {len(weighed.found)} alternatives", "[position] column in a preset"
-    order = None if found is None else order_of(found.change)
-    if found is None or order is None or weighed.share(found) < 0.5 or not found.reading.fits:
+    likeliest, share = _likeliest(weighed, ORDERS)
+    why, option = f"bodies; {len(weighed.explanations)} alternatives", "[position] column in a preset"
+    order = None if likeliest is None else order_of(likeliest.change)
+    if likeliest is None or order is None or weighed.share(likeliest) < 0.5 or not likeliest.reading.fits:
         sure = min(AS_NUMBERED, 1.0 - share)
         return Guess("order of joints", "as numbered", sure, why, option), tuple(range(n))
     value = ", ".join(str(k + 1) for k in order)
-    return Guess("order of joints", value, weighed.share(found), why, option), tuple(order.tolist())
+    return Guess("order of joints", value, weighed.share(likeliest), why, option), tuple(order.tolist())
 
 
 def _mounting(weighed: Weighed, reading: Reading) -> tuple[Guess, np.ndarray] | None:
     """Guess of gravity if a direction other than the described one is more probable."""
-    found, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
-    if found is None or found.change.gravity is None or share < 0.5:
+    likeliest, share = _likeliest(weighed, frozenset({"mounting", "upside_down", "no_gravity"}))
+    if likeliest is None or likeliest.change.gravity is None or share < 0.5:
         return None
-    gravity = found.change.gravity
+    gravity = likeliest.change.gravity
     size = float(np.linalg.norm(gravity))
     value = f"{direction_words(gravity / size)} of the base" if size else "none: the efforts lack the weight"
-    probability = weighed.share(found) if found.reading.fits else min(weighed.share(found), DECIDED)
+    probability = (
+        weighed.share(likeliest) if likeliest.reading.fits else min(weighed.share(likeliest), DECIDED)
+    )
     return Guess(GRAVITY, value, probability, "bodies, friction", "gravity in robot.toml"), gravity
 
 
 def _doubt(weighed: Weighed) -> tuple[str, tuple[int, ...]]:
     """Sentence on a probable mistake other than unit, order and mounting, and the joints concerned."""
-    found, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
-    if found is None or weighed.named is not found or weighed.probability < 0.5:
+    likeliest, _ = _likeliest(weighed, SHAPES - {"no_gravity", "upside_down"})
+    if likeliest is None or weighed.named is not likeliest or weighed.probability < 0.5:
         return "", ()
-    cure = found.cases[0].cure or found.mistakes[0].cure
-    return f"{found.cases[0].clause} (probability {percent(weighed.probability)}): {cure}", found.joints
+    cure = likeliest.cases[0].cure or likeliest.mistakes[0].cure
+    return (
+        f"{likeliest.cases[0].clause} (probability {percent(weighed.probability)}): {cure}",
+        likeliest.joints,
+    )
 
 
 def _directions(weighed: Weighed, reading: Reading) -> tuple[Signs | None, Reading]:
     """Signs of positions and efforts, and the log with them, if joints certainly count the other way."""
-    found = weighed.named
-    if not _only_turned(weighed) or found is None or found.change.position is None:
+    likeliest = weighed.named
+    if not _only_turned(weighed) or likeliest is None or likeliest.change.position is None:
         return None, reading
-    turned = reading.changed(Change(position=found.change.position))
-    position = np.diag(found.change.position)
+    turned = reading.changed(Change(position=likeliest.change.position))
+    position = np.diag(likeliest.change.position)
     against = np.array([gain.positive < 1.0 - DECIDED for gain in gains(turned)])
     effort = np.where((position < 0.0) & against, -1.0, 1.0)
     return Signs(position.tolist(), effort.tolist()), turned.changed(Change(effort=scaled(effort)))
@@ -191,8 +197,8 @@ def _directions(weighed: Weighed, reading: Reading) -> tuple[Signs | None, Readi
 
 def _only_turned(weighed: Weighed) -> bool:
     """Whether joints that count the other way certainly are the only mistake."""
-    found = weighed.named
-    kinds = set() if found is None else {mistake.name for mistake in found.mistakes}
+    likeliest = weighed.named
+    kinds = set() if likeliest is None else {mistake.name for mistake in likeliest.mistakes}
     return bool(kinds) and kinds <= DIRECTIONS and weighed.probability > DECIDED
 
 
@@ -207,8 +213,8 @@ def _among_others(log: Log, robot: Robot, units: Units, guess: Guess, weighed: W
     among = 1.0 if fits else float(1 / (1 + np.exp(other)))
     if among < 0.5:
         return replace(guess, value="", probability=0.0, option="positions in radians or meters")
-    found, scaled = _likeliest(weighed, frozenset({"position_scale"}))
-    scaled = scaled if found is not None and found.right else 0.0
+    likeliest, scaled = _likeliest(weighed, frozenset({"position_scale"}))
+    scaled = scaled if likeliest is not None and likeliest.right else 0.0
     return replace(guess, probability=guess.probability * among * (1.0 - scaled))
 
 

@@ -40,7 +40,7 @@ def posterior(log_odds: Mapping[Key, float]) -> dict[Key, float]:
     return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
 
-class Found(NamedTuple):
+class Explanation(NamedTuple):
     """One or several mistakes in a log."""
 
     mistakes: tuple[Mistake, ...]  # kind of each mistake; none for the log as it is
@@ -73,25 +73,28 @@ class Found(NamedTuple):
 class Weighed:
     """Result of testing a log for all mistakes in the table."""
 
-    plain: Found  # the log as it is
-    found: tuple[Found, ...]  # mistakes, right ones first and then the most probable first
+    plain: Explanation  # the log as it is
+    explanations: tuple[Explanation, ...]  # mistakes, right ones first and then the most probable first
 
-    def share(self, found: Found) -> float:
+    def share(self, explanation: Explanation) -> float:
         """Probability of some mistakes, if one of those is made with which the log is right, or none."""
-        odds = [self.plain.odds, *(one.odds for one in self.found if one.right or one is found)]
-        return float(np.exp(found.odds - np.logaddexp.reduce(odds)))
+        odds = [
+            self.plain.odds,
+            *(other.odds for other in self.explanations if other.right or other is explanation),
+        ]
+        return float(np.exp(explanation.odds - np.logaddexp.reduce(odds)))
 
     @property
-    def named(self) -> Found | None:
+    def named(self) -> Explanation | None:
         """The most probable mistakes if the three witnesses agree on them."""
-        best = self.found[0] if self.found else self.plain
+        best = self.explanations[0] if self.explanations else self.plain
         return best if best.right and best.odds > self.plain.odds else None
 
     @property
     def probability(self) -> float:
         """Probability of the kind of mistake that is named, of any size."""
         best = self.named
-        alike = [one for one in self.found if best is not None and one.right and one.kind == best.kind]
+        alike = [other for other in self.explanations if best and other.right and other.kind == best.kind]
         return min(sum(map(self.share, alike)), 1.0)
 
 
@@ -100,29 +103,29 @@ def weigh(reading: Reading, facts: LogFacts, kinds: Collection[str] | None = Non
     table = [mistake for mistake in TABLE if kinds is None or mistake.name in kinds]
     table = [mistake for mistake in table if reading.stated or not mistake.of_sizes]
     prior = float(np.log1p(-sum(mistake.prior for mistake in table)))
-    plain = Found((), (), Change(), prior + reading.evidence.log_likelihood, reading, reading.evidence)
-    found, start = _of_sizes(plain, facts, table), plain
+    plain = Explanation((), (), Change(), prior + reading.evidence.log_likelihood, reading, reading.evidence)
+    explanations, start = _of_sizes(plain, facts, table), plain
     for _ in range(DEPTH):
         # If joints fit together as they do alone, only sizes and signs of efforts can be wrong.
-        best = max((start, *found), key=lambda one: one.odds)
+        best = max((start, *explanations), key=lambda explanation: explanation.odds)
         if start.reading.fits_as_well and best.evidence.as_drawn:
             break
         more = _of_motion(start, facts, table)
         more += _of_sizes(start, facts, table) if start.cases else _searched(plain, facts, kinds is None)
-        found += more
+        explanations += more
         following = max(more, key=_first, default=start)
         if following.odds <= start.odds:
             break
         start = following
-    return Weighed(plain, tuple(sorted(found, key=_first, reverse=True)))
+    return Weighed(plain, tuple(sorted(explanations, key=_first, reverse=True)))
 
 
-def _first(found: Found) -> tuple[bool, float]:
-    return found.right, found.odds
+def _first(explanation: Explanation) -> tuple[bool, float]:
+    return explanation.right, explanation.odds
 
 
 def _cases(
-    start: Found, facts: LogFacts, table: Sequence[Mistake], sizes: bool
+    start: Explanation, facts: LogFacts, table: Sequence[Mistake], sizes: bool
 ) -> Iterator[tuple[float, Mistake, Case]]:
     """Log prior odds of each further mistake in a log corrected so far: of sizes of efforts, or others."""
     facts = replace(facts, log=start.reading.log)
@@ -135,34 +138,34 @@ def _cases(
 
 
 def _with(
-    start: Found, prior: float, mistake: Mistake, case: Case, reading: Reading, seen: Evidence
-) -> Found:
+    start: Explanation, prior: float, mistake: Mistake, case: Case, reading: Reading, seen: Evidence
+) -> Explanation:
     """One more mistake, with the log that its correction makes and what is seen there."""
     before = start.odds - start.evidence.log_likelihood
     odds = before + prior + seen.log_likelihood
     change = start.change.then(case.change)
-    return Found((*start.mistakes, mistake), (*start.cases, case), change, odds, reading, seen)
+    return Explanation((*start.mistakes, mistake), (*start.cases, case), change, odds, reading, seen)
 
 
-def _of_sizes(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[Found]:
+def _of_sizes(start: Explanation, facts: LogFacts, table: Sequence[Mistake]) -> list[Explanation]:
     """Other sizes and signs of efforts: described masses judge them quickly, bodies those that remain."""
-    found = []
+    explanations = []
     for prior, mistake, case in _cases(start, facts, table, sizes=True):
         factor = case.change.factor
         assert factor is not None
         reading = start.reading.changed(case.change)
         seen = start.reading.evidence_of(factor)
-        one = _with(start, prior, mistake, case, reading, seen)
-        if np.ptp(factor) > 0.0 and (one.odds > start.odds - FAR_BEHIND or not start.reading.fits):
-            one = _with(
+        explanation = _with(start, prior, mistake, case, reading, seen)
+        if np.ptp(factor) > 0.0 and (explanation.odds > start.odds - FAR_BEHIND or not start.reading.fits):
+            explanation = _with(
                 start, prior, mistake, case, reading, start.reading.evidence_of(factor, reading.shares)
             )
-        if one.odds > start.odds - FAR_BEHIND:
-            found.append(one)
-    return found
+        if explanation.odds > start.odds - FAR_BEHIND:
+            explanations.append(explanation)
+    return explanations
 
 
-def _of_motion(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[Found]:
+def _of_motion(start: Explanation, facts: LogFacts, table: Sequence[Mistake]) -> list[Explanation]:
     """Other positions, orders, mixtures and gravity: the best by bodies of any mass, with their masses."""
     motions: dict[bytes, Reading] = {}  # several changes of efforts share one motion
     quick = []
@@ -172,28 +175,28 @@ def _of_motion(start: Found, facts: LogFacts, table: Sequence[Mistake]) -> list[
             first = motions.setdefault(case.change.position.tobytes(), reading)
             reading.__dict__["columns"] = first.columns
         quick.append((prior + reading.quick, prior, mistake, case, reading))
-    quick.sort(key=lambda one: -one[0])
+    quick.sort(key=lambda item: -item[0])
     return [
         _with(start, prior - _by_chance(start, reading), mistake, case, reading, reading.evidence)
         for _, prior, mistake, case, reading in quick[:FINALISTS]
     ]
 
 
-def _by_chance(start: Found, reading: Reading) -> float:
+def _by_chance(start: Explanation, reading: Reading) -> float:
     """Part of a better fit of another motion that chance explains."""
     better = float((reading.evidence.by_bodies - start.evidence.by_bodies).sum())
     return min(max(better, 0.0), CHANCE) * start.reading.fits
 
 
-def _searched(plain: Found, facts: LogFacts, clocks: bool) -> list[Found]:
+def _searched(plain: Explanation, facts: LogFacts, clocks: bool) -> list[Explanation]:
     """Mistakes whose size is found by a search: another mounting, and another clock."""
-    found = []
+    explanations = []
     if (gravity := search_gravity(plain.reading)) is not None:
-        found.append((MOUNTING, of_gravity(facts, gravity)))
+        explanations.append((MOUNTING, of_gravity(facts, gravity)))
     if clocks and (late := search_clocks(plain.reading)) is not None:
-        found.append((TWO_CLOCKS, of_clocks(facts, late)))
-    readings = [plain.reading.changed(case.change) for _, case in found]
+        explanations.append((TWO_CLOCKS, of_clocks(facts, late)))
+    readings = [plain.reading.changed(case.change) for _, case in explanations]
     return [
         _with(plain, float(np.log(mistake.prior)), mistake, case, reading, reading.evidence)
-        for (mistake, case), reading in zip(found, readings, strict=True)
+        for (mistake, case), reading in zip(explanations, readings, strict=True)
     ]
