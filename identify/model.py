@@ -22,21 +22,15 @@ CHUNK = 2000
 
 @dataclass(frozen=True, repr=False)
 class Model(InNotebook):
-    """Joint torque = sum over effects of regressor @ parameters + known torque.
+    """Joint torque = sum over effects of regressor @ parameters + known torque."""
 
-    Attributes:
-        robot: Kinematics, limits and drives.
-        effects: Contributions to the torque, in the order of the regressor's columns.
-        stated: Priors of parameters by name, beyond the robot's inertias.
-        bounded: Names of the parameters that are certain to lie within sqrt(3) standard deviations.
-        measurements: Reasons why a recording differs from the motion and torque of rigid joints: delays,
-            compliant gears, clipped currents. A fit removes them from recordings, and a simulation adds them.
-    """
-
-    robot: Robot
-    effects: tuple[Effect, ...]
+    robot: Robot  # kinematics, limits and drives
+    effects: tuple[Effect, ...]  # contributions to the torque, in the order of the regressor's columns
+    # Priors of parameters by name, beyond the robot's inertias.
     stated: Mapping[str, Prior] = field(default_factory=dict)
-    bounded: frozenset[str] = frozenset()
+    bounded: frozenset[str] = frozenset()  # parameters certain to lie within sqrt(3) standard deviations
+    # Reasons why a recording differs from the motion and torque of rigid joints: delays, compliant gears,
+    # clipped currents. A fit removes them from recordings, and a simulation adds them.
     measurements: tuple[Measurement, ...] = ()
 
     def __post_init__(self) -> None:

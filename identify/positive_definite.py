@@ -20,16 +20,10 @@ NOTHING = 1e-30
 
 
 class Factor(NamedTuple):
-    """Factor of a matrix (n, n) whose rows and columns were multiplied by a scale.
+    """Factor of a matrix (n, n) whose rows and columns were multiplied by a scale."""
 
-    Attributes:
-        triangle: Upper triangle R (n, n) with R^T R equal to the scaled matrix; ignore what is below the
-            diagonal.
-        scale: One over the square root of the diagonal, shape (n,).
-    """
-
-    triangle: np.ndarray
-    scale: np.ndarray
+    triangle: np.ndarray  # R (n, n) with R^T R equal to the scaled matrix; ignore what is below the diagonal
+    scale: np.ndarray  # one over the square root of the diagonal, shape (n,)
 
 
 def factored(matrix: np.ndarray, ridge: float = 0.0) -> Factor:

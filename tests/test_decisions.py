@@ -27,6 +27,8 @@ LABELS = {
     "N m against the joint",  # answer to a question, as a proposal's JSON has it
     "not N m: needs gain",  # likewise
     "gain of ",  # beginning of such a question
+    "unit of ",  # likewise
+    "unit of position",  # such a question
     "an excitation",  # name of a run on offer, as choice.json has it
     "an excitation where the fit knows least",  # likewise
     " of joint",  # what a user writes of a joint

@@ -35,13 +35,16 @@ class ViscousFriction(JointEffect):
 
 @dataclass(frozen=True)
 class CoulombFriction(JointEffect):
-    r"""Torque :math:`F_c \tanh(\dot q / v_r)`, the paper's :math:`Fc_j`."""
+    r"""Torque :math:`F_c \tanh(\dot q / v_r)`, the paper's :math:`Fc_j`.
 
-    # Velocity :math:`v_r` over which the sign changes [rad/s]; grease that drags like a fluid until it shears
-    # needs some tenths.
+    Attributes:
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s]; grease that drags like a fluid
+            until it shears needs some tenths.
+        gradual: Whether it is the part :math:`Fg_j` of a joint's dry friction that changes its sign over
+            another velocity than :math:`Fc_j`, so that one model can have both.
+    """
+
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.3)
-    # Whether it is the part :math:`Fg_j` of a joint's dry friction that changes its sign over another
-    # velocity than :math:`Fc_j`, so that one model can have both.
     gradual: bool = False
 
     guessed: ClassVar[bool] = True
@@ -70,11 +73,14 @@ class FrictionAsymmetry(JointEffect):
     With `CoulombFriction`, the friction of the joint is :math:`F_c + F_a` forward and :math:`F_c - F_a`
     backward, and with different viscous friction also :math:`F_v \pm F_{va}`. Unlike a `CurrentOffset`, it is
     zero at standstill; a motion without standstill hardly distinguishes the two.
+
+    Attributes:
+        reversal: Velocity :math:`v_r` over which the friction builds up [rad/s].
+        viscous: Whether viscous friction differs too.
     """
 
-    # Velocity :math:`v_r` over which the friction builds up [rad/s].
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
-    viscous: bool = False  # whether viscous friction differs too
+    viscous: bool = False
 
     guessed: ClassVar[bool] = True
     greased: ClassVar[bool] = True
@@ -105,13 +111,16 @@ class StribeckFriction(JointEffect):
 
     The exponent is 1 with Tustin and 2 with Armstrong-Hélouvry; between them, 1.5 is within 5 % of the form
     :math:`1 / (1 + (\dot q / v_s)^2)` of Hess and Soom.
+
+    Attributes:
+        fade: Stribeck velocity :math:`v_s`, at which 37 % of the friction remains [rad/s].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
+        exponent: Exponent :math:`\delta` [-].
     """
 
-    # Stribeck velocity :math:`v_s`, at which 37 % of the friction remains [rad/s].
     fade: float = shape(0.1, "rad/s", 0.01, 1.0)
-    # Velocity :math:`v_r` over which the sign changes [rad/s].
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
-    exponent: float = 2.0  # exponent :math:`\delta` [-]
+    exponent: float = 2.0
 
     greased: ClassVar[bool] = True
     moved_by: ClassVar[tuple[str, ...]] = ("velocity",)
@@ -136,9 +145,11 @@ class NonlinearViscousFriction(JointEffect):
     The reference velocity makes the parameter a torque for any exponent. Exponent 1 is `ViscousFriction`,
     whose column is then the same, so an exponent near 1 means that there is no nonlinearity. Toward 0, the
     effect approaches `CoulombFriction`.
+
+    Attributes:
+        exponent: The power :math:`a` of the velocity [-]; 2 is the drag of a stirred fluid.
     """
 
-    # The power :math:`a` of the velocity [-]; 2 is the drag of a stirred fluid.
     exponent: float = shape(2.0, "1", 0.3, 3.0)
 
     greased: ClassVar[bool] = True

@@ -17,9 +17,11 @@ class Hysteresis(JointEffect):
     Teeth, seals and grease first deform, then slide: after a reversal, the torque builds up over a
     displacement, at any speed. In steady sliding it equals Coulomb friction of the same size, which it
     replaces in a model.
+
+    Attributes:
+        presliding: Displacement :math:`\delta` over which 63 % of the change is made [rad].
     """
 
-    # Displacement :math:`\delta` over which 63 % of the change is made [rad].
     presliding: float = shape(3e-4, "rad", 1e-5, 3e-2)
 
     pointwise: ClassVar[bool] = False

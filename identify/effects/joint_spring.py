@@ -20,9 +20,12 @@ class JointSpring(JointEffect):
     Cables and hoses stiffen as they stretch: the torque is then :math:`k (q - q_0) + k_3 (q - q_0)^3`, a
     polynomial :math:`T_s + K_s q + K_q q^2 + K_c q^3`. With a `CurrentOffset` on the same joint, :math:`T_s`
     and the offset have the same column.
+
+    Attributes:
+        stiffening: Whether the spring stiffens as it stretches.
     """
 
-    stiffening: bool = False  # whether the spring stiffens as it stretches
+    stiffening: bool = False
 
     transmitted: ClassVar[bool] = True
     smooth: ClassVar[bool] = True

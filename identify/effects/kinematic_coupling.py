@@ -38,13 +38,18 @@ Sign = Callable[[np.ndarray, float], np.ndarray]
 
 @dataclass(frozen=True)
 class KinematicCoupling(Effect):
-    """Inertia and friction of the motor of `joint` that also act on the joint `other`."""
+    """Inertia and friction of the motor of `joint` that also act on the joint `other`.
 
-    joint: str  # name of the joint that the motor drives
-    other: str  # name of the other joint that also turns this motor
-    # Turns of the motor, over its gear ratio, per turn of the other joint [-].
+    Attributes:
+        joint: Name of the joint that the motor drives.
+        other: Name of the other joint that also turns this motor.
+        ratio: Turns of the motor, over its gear ratio, per turn of the other joint [-].
+        reversal: Velocity over which the sign of dry friction changes [rad/s].
+    """
+
+    joint: str
+    other: str
     ratio: float = shape(1.0, "1", -2.0, 2.0)
-    # Velocity over which the sign of dry friction changes [rad/s].
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     def parameters(self, robot: Robot) -> list[Parameter]:

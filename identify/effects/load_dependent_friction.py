@@ -25,11 +25,14 @@ class LoadDependentFriction(JointEffect):
 
     The load is `Motion.load`, the nominal torque through the gear. The measured torque would bring its noise,
     and the friction itself, into the column.
+
+    Attributes:
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
+        preload: Torque that teeth and bearings carry without a load, :math:`p` [N m].
     """
 
-    # Velocity :math:`v_r` over which the sign changes [rad/s].
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
-    preload: float = 0.0  # torque that teeth and bearings carry without a load, :math:`p` [N m]
+    preload: float = 0.0
 
     needs_load: ClassVar[bool] = True
     greased: ClassVar[bool] = True

@@ -21,10 +21,13 @@ class Payload(Effect):
 
     Known parameters cause a known torque; the others are unknowns such as the paper's ML and MZL. In a run
     with another `Motion.payload`, both are zero.
+
+    Attributes:
+        name: Name of the payload, at the end of each parameter's name.
+        known: Pairs of a name in `INERTIAL` and its value in SI units; see `known_parameters`.
     """
 
-    name: str = "L"  # name of the payload, at the end of each parameter's name
-    # Pairs of a name in `INERTIAL` and its value in SI units; see `known_parameters`.
+    name: str = "L"
     known: tuple[tuple[str, float], ...] = ()
 
     transmitted: ClassVar[bool] = True

@@ -38,12 +38,18 @@ SHORTEST = 1e-9
 
 @dataclass(frozen=True)
 class SpringBalancer(Effect):
-    """Torque of a spring between two links, linear in stiffness and preload."""
+    """Torque of a spring between two links, linear in stiffness and preload.
 
-    joint: str  # name of the joint that the spring spans
-    d21: float = shape(None, "m", 0.01, 5.0)  # distance of the fixed end from the joint's axis [m]
-    d22: float = shape(None, "m", 0.01, 5.0)  # distance of the moving end from the joint's axis [m]
-    # Angle between the two at joint position zero, zero where the spring is longest [rad].
+    Attributes:
+        joint: Name of the joint that the spring spans.
+        d21: Distance of the fixed end from the joint's axis [m].
+        d22: Distance of the moving end from the joint's axis [m].
+        phi: Angle between the two at joint position zero, zero where the spring is longest [rad].
+    """
+
+    joint: str
+    d21: float = shape(None, "m", 0.01, 5.0)
+    d22: float = shape(None, "m", 0.01, 5.0)
     phi: float = shape(None, "rad", -np.pi, np.pi)
 
     transmitted: ClassVar[bool] = True

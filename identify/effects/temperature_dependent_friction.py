@@ -20,10 +20,13 @@ class TemperatureDependentFriction(JointEffect):
     (:math:`F_{vt} < 0`), while the friction of seals and preloaded bearings may increase or decrease. The
     parameters of `ViscousFriction` and `CoulombFriction` in the same model are then those at the reference
     temperature.
+
+    Attributes:
+        reference: Temperature :math:`T_0` [degC].
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
     """
 
-    reference: float = 25.0  # temperature :math:`T_0` [degC]
-    # Velocity :math:`v_r` over which the sign changes [rad/s].
+    reference: float = 25.0
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     guessed: ClassVar[bool] = True

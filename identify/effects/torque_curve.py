@@ -43,11 +43,16 @@ class TorqueCurve(JointEffect):
 
     Over speed and load, the splines are denser near zero: evenly spaced in :math:`\operatorname{arsinh} x`.
     Outside its range, the curve is constant.
+
+    Attributes:
+        over: Quantity on which the torque depends, a name in `ABSCISSAE`.
+        low: Smallest value of the quantity in the runs [rad]; 0 for speed and load.
+        high: Largest value of the quantity in the runs [rad], [rad/s] or [N m].
     """
 
-    over: str = "position"  # quantity on which the torque depends, a name in `ABSCISSAE`
-    low: float = 0.0  # smallest value of the quantity in the runs [rad]; 0 for speed and load
-    high: float = 1.0  # largest value of the quantity in the runs [rad], [rad/s] or [N m]
+    over: str = "position"
+    low: float = 0.0
+    high: float = 1.0
 
     massless: ClassVar[bool] = True
 

@@ -32,12 +32,15 @@ class TorqueRipple(JointEffect):
 
     If other joints also turn this motor, the paper's (22), its angle is :math:`N C q` instead of :math:`N q`,
     and its torque acts on them through :math:`C^T`.
+
+    Attributes:
+        harmonic: Periods per turn of the motor :math:`k` [-]; part of the parameters' names, so that
+            several can be in one model.
+        count: Number of its multiples, from the first.
     """
 
-    # Periods per turn of the motor :math:`k` [-]; part of the parameters' names, so that several can be in
-    # one model.
     harmonic: float = 1
-    count: int = 1  # number of its multiples, from the first
+    count: int = 1
 
     def parameters(self, robot: Robot) -> list[Parameter]:
         return _parameters(self, robot, "R")
@@ -72,13 +75,17 @@ class TorqueRipple(JointEffect):
 
 @dataclass(frozen=True)
 class PositionDependentFriction(JointEffect):
-    r"""Torque :math:`\tanh(\dot q / v_r) (F_{cos} \cos kq + F_{sin} \sin kq)`."""
+    r"""Torque :math:`\tanh(\dot q / v_r) (F_{cos} \cos kq + F_{sin} \sin kq)`.
 
-    # Periods per turn of the joint :math:`k` [-]; for a prismatic joint, periods per :math:`2\pi` meters. It
-    # is part of the parameters' names, so that several can be in one model.
+    Attributes:
+        harmonic: Periods per turn of the joint :math:`k` [-]; for a prismatic joint, periods per :math:`2\pi`
+            meters. It is part of the parameters' names, so that several can be in one model.
+        count: Number of its multiples, from the first; a tight spot has many.
+        reversal: Velocity :math:`v_r` over which the sign changes [rad/s].
+    """
+
     harmonic: float = 1
-    count: int = 1  # number of its multiples, from the first; a tight spot has many
-    # Velocity :math:`v_r` over which the sign changes [rad/s].
+    count: int = 1
     reversal: float = shape(0.003, "rad/s", 1e-4, 0.1)
 
     def parameters(self, robot: Robot) -> list[Parameter]:

@@ -19,12 +19,19 @@ RATIO = 0.5
 
 @dataclass(frozen=True)
 class Backlash(Gear):
-    """Play between two sides of the teeth."""
+    """Play between two sides of the teeth.
 
-    gap: float  # full width of the play, at the joint [rad]
-    damping_ratio: float = RATIO  # damping ratio of the link on its teeth [-]
-    load_shift: float = 0.0  # true load minus the load of the model [N m]
-    resonance: float = TEETH  # resonance of the link on its teeth [Hz]
+    Attributes:
+        gap: Full width of the play, at the joint [rad].
+        damping_ratio: Damping ratio of the link on its teeth [-].
+        load_shift: True load minus the load of the model [N m].
+        resonance: Resonance of the link on its teeth [Hz].
+    """
+
+    gap: float
+    damping_ratio: float = RATIO
+    load_shift: float = 0.0
+    resonance: float = TEETH
 
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
         weight, drag, inertia = tangent.own(joint)

@@ -16,16 +16,22 @@ END = 0.999
 
 @dataclass(frozen=True)
 class DriveGainSaturation(Measurement):
-    """Current in addition to that of a constant drive gain: `loss` times an excess that grows with torque."""
+    """Current in addition to that of a constant drive gain: `loss` times an excess that grows with torque.
 
-    joint: str  # name of the joint
-    # Relative increase of current per torque far above the knee; with a ceiling, the relative excess current
-    # at 0.71 of the ceiling [-].
+    Attributes:
+        joint: Name of the joint.
+        loss: Relative increase of current per torque far above the knee; with a ceiling, the relative excess
+            current at 0.71 of the ceiling [-].
+        knee: Torque above which the gain decreases, for iron biased by magnets [N m].
+        width: Torque beyond the knee at which the increase is three quarters of `loss` [N m].
+        ceiling: Torque that no current exceeds, for iron without bias [N m].
+    """
+
+    joint: str
     loss: float
-    knee: float | None = None  # torque above which the gain decreases, for iron biased by magnets [N m]
-    # Torque beyond the knee at which the increase is three quarters of `loss` [N m].
+    knee: float | None = None
     width: float | None = None
-    ceiling: float | None = None  # torque that no current exceeds, for iron without bias [N m]
+    ceiling: float | None = None
 
     def recorded(self, robot: Robot, torque: np.ndarray) -> np.ndarray:
         shown, joint = np.array(torque), robot.index(self.joint)
@@ -67,10 +73,15 @@ class DriveGainSaturation(Measurement):
 
 @dataclass(frozen=True)
 class CurrentClipping(Measurement):
-    """A sensor with a limited range; a fit leaves out clipped samples."""
+    """A sensor with a limited range; a fit leaves out clipped samples.
 
-    limit: float  # largest recorded effort in both directions [A; N m if torque is recorded]
-    joints: tuple[str, ...] | None = None  # names of the joints whose sensors are clipped; None for all
+    Attributes:
+        limit: Largest recorded effort in both directions [A; N m if torque is recorded].
+        joints: Names of the joints whose sensors are clipped; None for all.
+    """
+
+    limit: float
+    joints: tuple[str, ...] | None = None
 
     def current_limit(self, robot: Robot) -> np.ndarray:
         return on_joints(robot, self.joints, self.limit, np.inf)
@@ -86,10 +97,15 @@ LONGEST = 1.0
 
 @dataclass(frozen=True)
 class TimeDelay(Measurement):
-    """A delay of currents or torques; several delays of one joint add up."""
+    """A delay of currents or torques; several delays of one joint add up.
 
-    seconds: float  # delay of recorded efforts relative to positions; negative if they are earlier [s]
-    joints: tuple[str, ...] | None = None  # names of the joints with delayed efforts; None for all
+    Attributes:
+        seconds: Delay of recorded efforts relative to positions; negative if they are earlier [s].
+        joints: Names of the joints with delayed efforts; None for all.
+    """
+
+    seconds: float
+    joints: tuple[str, ...] | None = None
 
     def delay(self, robot: Robot) -> np.ndarray:
         return on_joints(robot, self.joints, self.seconds, 0.0)

@@ -22,9 +22,13 @@ class Spring(NamedTuple):
 
 @dataclass(frozen=True)
 class Gear(Measurement, ABC):
-    """A gear that twists under load, while the position is measured at the motor."""
+    """A gear that twists under load, while the position is measured at the motor.
 
-    joint: str  # name of the joint
+    Attributes:
+        joint: Name of the joint.
+    """
+
+    joint: str
 
     @abstractmethod
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:

@@ -13,10 +13,15 @@ from .twist import Twist, bent
 
 @dataclass(frozen=True)
 class JointElasticity(Gear):
-    """A spring and a damper between motor and link, reflected to the joint."""
+    """A spring and a damper between motor and link, reflected to the joint.
 
-    stiffness: float  # stiffness [N m/rad]
-    damping: float = 0.0  # damping [N m s/rad]
+    Attributes:
+        stiffness: Stiffness [N m/rad].
+        damping: Damping [N m s/rad].
+    """
+
+    stiffness: float
+    damping: float = 0.0
 
     def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
         weight, drag, inertia = tangent.own(joint)

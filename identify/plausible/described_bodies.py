@@ -146,23 +146,15 @@ class Stated(NamedTuple):
 
 @dataclass(frozen=True)
 class Likelihood:
-    """Log-likelihood of one joint's effort as a function of its gain, from sufficient statistics.
+    """Log-likelihood of one joint's effort as a function of its gain, from sufficient statistics."""
 
-    Attributes:
-        usual: Typical gain for an effort of this size [N m per unit]; NaN if the log is not informative.
-        described: Whether the described masses cause any torque.
-        variance: Variance of the effort along the directions of mass errors at gain 1, shape (k,).
-        effort, friction, torque: Effort, mean friction and described torque along them, shape (k,).
-        outside: Products of effort, mean friction and described torque orthogonal to them, shape (3, 3).
-    """
-
-    usual: float
-    described: bool
-    variance: np.ndarray
-    effort: np.ndarray
-    friction: np.ndarray
-    torque: np.ndarray
-    outside: np.ndarray
+    usual: float  # typical gain for an effort of this size [N m per unit]; NaN without information
+    described: bool  # whether the described masses cause any torque
+    variance: np.ndarray  # variance of the effort along the directions of mass errors at gain 1, shape (k,)
+    effort: np.ndarray  # effort along them, shape (k,)
+    friction: np.ndarray  # mean friction along them, shape (k,)
+    torque: np.ndarray  # described torque along them, shape (k,)
+    outside: np.ndarray  # products of these three orthogonal to them, shape (3, 3)
 
     @classmethod
     def of(

@@ -101,13 +101,8 @@ def at_times(reading: Reading) -> Suspicion | None:
         return None
     words = listed([f"{first:.1f} to {last:.1f}" for first, last in times])
     clause = f"several joints leave the model together in {words} s, as from a force on the arm"
-    return Suspicion(
-        AT_TIMES,
-        (),
-        f"{clause}; the rest of the log fits",
-        "leave these times out, or estimate the force with exidyn contact",
-        None,
-    )
+    cure = "leave these times out, or estimate the force with exidyn contact"
+    return Suspicion(AT_TIMES, (), f"{clause}; the rest of the log fits", cure, None)
 
 
 def other_masses(reading: Reading, facts: LogFacts) -> Suspicion:
@@ -118,27 +113,20 @@ def other_masses(reading: Reading, facts: LogFacts) -> Suspicion:
         f"{digits(facts.ratio[j], 2)} ({facts.joints[j]})" for j in wrong if np.isfinite(facts.ratio[j])
     ]
     words = f" (masses and friction require {', '.join(ratios)} times the stated torque)" if ratios else ""
-    return Suspicion(
-        OTHER_MASSES,
-        tuple(joints),
-        f"the efforts of {listed(joints)} fit bodies, but not those of the description{words}",
-        "check the unit of the efforts, the drive gains, and the masses; or another arm was recorded",
-        None,
-    )
+    clause = f"the efforts of {listed(joints)} fit bodies, but not those of the description{words}"
+    cure = "check the unit of the efforts, the drive gains, and the masses; or another arm was recorded"
+    return Suspicion(OTHER_MASSES, tuple(joints), clause, cure, None)
 
 
 def unexplained(reading: Reading, joints: Sequence[str]) -> Suspicion:
     """Suspicion of a cause without a name: which efforts the description does not explain."""
-    misfits, left = reading.misfits, np.sqrt(reading.shares)
-    shares = ", ".join(f"{joints[j]} {digits(100 * left[j], 2)} %" for j in misfits)
-    others = "" if len(misfits) == reading.log.moving.sum() else "; the other joints fit"
-    clause = f"the description does not explain the efforts of {listed([joints[j] for j in misfits])}"
+    names, shares = [joints[j] for j in reading.misfits], 100 * np.sqrt(reading.shares[reading.misfits])
+    left = ", ".join(f"{name} {digits(share, 2)} %" for name, share in zip(names, shares, strict=True))
+    others = "" if len(names) == reading.log.moving.sum() else "; the other joints fit"
+    clause = f"the description does not explain the efforts of {listed(names)}"
+    cure = "no correction of units, signs or order that exidyn knows makes them fit"
     return Suspicion(
-        NONE_OF_THESE,
-        tuple(joints[j] for j in misfits),
-        f"{clause} (left of the torque: {shares}{others})",
-        "no correction of units, signs or order that exidyn knows makes them fit",
-        None,
+        NONE_OF_THESE, tuple(names), f"{clause} (left of the torque: {left}{others})", cure, None
     )
 
 

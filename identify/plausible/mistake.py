@@ -90,7 +90,5 @@ class Mistake:
     prior: float  # probability that a log has the mistake
     cure: str  # instruction for its correction
     cases: Callable[[LogFacts], Iterator[Case]]  # function that yields the cases of the mistake for a log
-    # Whether it is tested even if the log fits, because bodies of any mass can hide it.
-    always: bool = False
     # Whether it differs from another one only in size or sign of efforts, so that their unit must be known.
     of_sizes: bool = False
