@@ -100,8 +100,8 @@ def at_times(reading: Reading) -> Suspicion | None:
     if not times or not reading.without(times).fits:
         return None
     words = listed([f"{first:.1f} to {last:.1f}" for first, last in times])
-    clause = f"several joints leave the model together in {words} s, as from a force on the arm"
-    cure = "leave these times out, or estimate the force with exidyn contact"
+    clause = f"several joints leave the model together in {words} s, as from a force or frozen values"
+    cure = "leave these times out; exidyn contact estimates a force"
     return Suspicion(AT_TIMES, (), f"{clause}; the rest of the log fits", cure, None)
 
 
