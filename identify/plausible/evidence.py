@@ -146,8 +146,8 @@ class Reading:
     def quick(self) -> float:
         """Log-likelihood with bodies of any mass, by a single pass."""
         fit = self.columns.fit(self.log.effort, self.stated, alone=False, passes=1)
-        left = fit.share(fit.together if self.stated else fit.alone)
-        return float(_or_spoiled(by_bodies(left, self.log.pieces), self.log.pieces).sum())
+        shares = fit.share(fit.together if self.stated else fit.alone)
+        return float(_or_spoiled(by_bodies(shares, self.log.pieces), self.log.pieces).sum())
 
 
 def by_bodies(shares: np.ndarray, pieces: np.ndarray) -> np.ndarray:

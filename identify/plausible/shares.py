@@ -89,7 +89,7 @@ class Columns:
     def fit(self, effort: np.ndarray, shared: bool = True, alone: bool = True, passes: int = 2) -> Fit:
         """Fit efforts (t, n); without `shared` parameters each joint is fitted only alone.
 
-        Joints are weighted by their variance, and in further passes by what is left of it.
+        Each joint is weighted by the inverse of its variance; a further pass uses that of its residual.
         """
         values = effort * self.sliding
         count = np.maximum(self.sliding.sum(axis=0), 1)
@@ -103,11 +103,11 @@ class Columns:
             beta = self._shared(products, weight)
             residual = values - self._predicted(beta[:, None])
             level = (residual**2).sum(axis=0) + EXACT * variance
-        own = np.full(len(power), np.nan)
+        separate = np.full(len(power), np.nan)
         if alone or not shared:
-            own = ((values - self._predicted(self._alone(products, beta, shared))) ** 2).sum(axis=0)
+            separate = ((values - self._predicted(self._alone(products, beta, shared))) ** 2).sum(axis=0)
         errors = np.array([(residual[rows] ** 2).sum(axis=0) for rows in self.folds])
-        return Fit(errors, own, power, variance, residual)
+        return Fit(errors, separate, power, variance, residual)
 
     def normal_equations(self, effort: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Matrix (p, p) and right-hand side (p,) of all samples, with weights (n,) of the joints."""

@@ -217,7 +217,7 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
 
 
 def with_fixed(odds: dict[Units, float], fixed: Units) -> dict[Units, float]:
-    """Odds of the combinations with certain units, "" for those that are free."""
+    """Odds of the combinations that have the fixed units; "" stands for a unit that is free."""
     kept = {
         units: value
         for units, value in odds.items()

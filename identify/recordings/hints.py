@@ -52,9 +52,9 @@ def import_with_hints(
 
     Args:
         function: Importer, whose signature has all options.
-        source: Its first argument.
-        model: Its second argument.
-        options: Its options.
+        source: Log to import.
+        model: Model of the described arm.
+        options: Options of the importer, by name.
     """
     try:
         return function(source, model, **options)

@@ -96,7 +96,7 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
 def _families(
     names: Sequence[str], shown: Sequence[str], joints: Sequence[str], numbered: Sequence[str]
 ) -> list[Family]:
-    """Groups of columns by the names that are shown, "" for those that are left out."""
+    """Groups of columns by their shown names; a column whose name is "" is left out."""
     groups: dict[str, dict[int, int]] = {}
     for place, name in enumerate(shown):
         for pattern, key in _readings(name, joints, numbered) if name else ():
