@@ -22,11 +22,13 @@ def test_an_edited_file_is_refused_in_one_line(name, tmp_path, monkeypatch, caps
         pytest.skip(f"no {name} in {FOLDER}; set EXIDYN_INPUTS to the folder of inputs")
     shutil.copytree(FOLDER / name, tmp_path / "input")
     monkeypatch.chdir(tmp_path / "input")
-    command = next(
-        line for line in Path("WHAT.md").read_text().splitlines() if line.startswith("Command: exidyn ")
-    )
+    told = Path("WHAT.md").read_text().splitlines()
+    line = next(line for line in told if line.startswith("Command: exidyn "))
+    command = line.split()[2:]
+    if command[0] == "report":  # a command of older versions; `view` reads the same files
+        command = ["view", command[1], "--save", "o/r.rrd"]
     Path("o").mkdir()
-    assert main(command.split()[2:]) == 2
+    assert main(command) == 2
     told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
     assert len(told) == 1
     where = r"(fit|diagnosis)\.json: [a-z_]+(\[\d+\])*[a-z_.\[\]\d]*"
