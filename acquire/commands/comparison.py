@@ -9,7 +9,7 @@ from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.model import Model
-from exidyn.identification.pages.compared_document import compared_text, differs
+from exidyn.identification.pages.compared_document import compared_document, differs
 from exidyn.identification.recordings.align import nearest
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
@@ -37,11 +37,9 @@ def compare_with(args: Namespace, path: Path) -> Result:
     if simulated.name == recorded.name:
         simulated = replace(simulated, name=str(path))
     comparison = _compared(simulated, recorded, args.offset, read_fit(args.fit) if args.fit else None)
-    next_commands = _next_commands(args, path, simulated, recorded)
-    page = [compared_text(comparison)]
-    if differs(comparison):
-        page += ["To find the physics that differs:", *(f"  {line}" for line in next_commands)]
-    return Result("\n".join(page), comparison_table(comparison, next_commands))
+    following = _next_commands(args, path, simulated, recorded)
+    table = comparison_table(comparison, [f"exidyn {command}" for command in following])
+    return Result(compared_document(comparison), table, next=following if differs(comparison) else ())
 
 
 def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
@@ -73,13 +71,13 @@ def _single(path: Path, model: Model | None) -> Recording:
 
 def _next_commands(args: Namespace, path: Path, simulated: Recording, recorded: Recording) -> list[str]:
     """Commands that diagnose the simulation's model with the recording."""
-    real = shlex.quote(str(args.against))
+    run = shlex.quote(str(args.against))
     if args.robot:
-        return [f"exidyn diagnose {shlex.quote(args.robot)} {real}"]
+        return [f"diagnose {run} --robot {shlex.quote(args.robot)}"]
     if model_text(simulated.model) == model_text(recorded.model):
-        return [f"exidyn diagnose {real}"]
+        return [f"diagnose {run}"]
     model = shlex.quote(str(path.with_name(f"{path.stem}-model.toml")))
     return [
-        f"exidyn export {shlex.quote(str(path))} --to toml -o {model}",
-        f"exidyn diagnose {model} {real}",
+        f"export {shlex.quote(str(path))} --to toml -o {model}",
+        f"diagnose {run} --robot {model}",
     ]

@@ -7,18 +7,25 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.refit import refit
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
-from exidyn.identification.document.text import text
 from exidyn.identification.errors import ExidynError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.notebook import counted
-from exidyn.identification.pages.diagnosis_document import brief, diagnosis_document
+from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
-from exidyn.identification.robot_files.description import NAMED
 
 from ..arguments.command import Command, Option
-from ..arguments.options import AS_RECORDED, FILTERS, JSON, VALIDATE, make_folder, output_option
+from ..arguments.options import (
+    AS_RECORDED,
+    FILTERS,
+    FULL,
+    JSON,
+    VALIDATE,
+    make_folder,
+    output_option,
+    robot_option,
+)
 from ..files.diagnosis_files import write_diagnosis
 from ..files.given_runs import PAYLOADS, Case, recorded_case
 from ..terminal.stopwatch import Progress, Stopwatch
@@ -33,19 +40,20 @@ STAGES = {name: 0.84 * share for name, share in QUICK.items()} | {"identify": 0.
 @Command(
     "Find the physics that a robot's model lacks, and prove it on held-out runs.",
     (
-        "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
-        "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
+        "exidyn diagnose one.mcap --slow slow.mcap --validate other.mcap --robot robot.toml",
+        "exidyn diagnose one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
     ),
     (
-        Option("sources SOURCE...", f"robot.toml, {NAMED}, and its runs (.mcap, .csv)"),
+        Option("runs RUN...", "recording (.mcap), or with --robot a table (.csv)", Path),
+        robot_option("replaces the robot in the recordings"),
         VALIDATE,
         Option("--slow RUN...", "runs at constant low speeds", Path, []),
         *PAYLOADS,
         *FILTERS,
         output_option("FOLDER", Path("exidyn-diagnosis")),
         JSON,
+        FULL,
         AS_RECORDED,
-        Option("--full", "print the whole page, not only its verdict"),
         Option("--quick", "skip fit.json, which takes a while"),
     ),
     """A recording may state its role (identify, slow, payload, validate); runs after
@@ -71,8 +79,7 @@ def diagnose_command(args: Namespace) -> Result:
         fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
         written = write_diagnosis(diagnosis, fit, args.output)
     shown = Shown.of(diagnosis, str(args.output))
-    page = text((diagnosis_document if args.full else brief)(shown))
-    return Result(page, as_json(shown.diagnosis, str(args.output)), written)
+    return Result(diagnosis_document(shown), as_json(shown.diagnosis, str(args.output)), written)
 
 
 def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:

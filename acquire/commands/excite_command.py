@@ -1,7 +1,7 @@
 """exidyn excite: plan the trajectory that identifies a robot best, or another kind of run, or show one."""
 
+import shlex
 from argparse import Namespace
-from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from exidyn.identification.fit.fit_warnings import WORST
 from exidyn.identification.model import Model
 from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
@@ -26,7 +25,7 @@ from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Use, limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
-from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_summary import plan_document
 
 from ..arguments.command import (
     Command,
@@ -35,6 +34,7 @@ from ..arguments.command import (
     WrongUse,
     any_number,
     integer,
+    print_warning,
     refuse_with,
     refuse_without,
     table_help,
@@ -42,6 +42,7 @@ from ..arguments.command import (
 from ..arguments.options import (
     CELL,
     CHECK,
+    FULL,
     JSON,
     NO_COLLISION,
     ROBOT_FILES,
@@ -91,6 +92,7 @@ COM = Option(
     "--com X Y Z", "center of mass in the flange frame [m]; once for each mass", any_number, [], repeated=True
 )
 GOAL = (*IDENTIFY_ONLY[:2], COM, *IDENTIFY_ONLY[2:], AGAINST)
+LENGTH = Option("--length S", f"duration with rests and leads; default: {Wishes.seconds:g}", any_number)
 MOTION = (
     Option(
         "--kind KIND",
@@ -100,7 +102,7 @@ MOTION = (
         OPTIMIZED,
     ),
     Option("--joints JOINT...", "joints that the other kinds move; default: all"),
-    Option("--length S", "duration", any_number, Wishes.seconds),
+    LENGTH,
     Option("--period S", "base period; default: several are tried", any_number),
     Option("--harmonics N", "harmonics of each joint", integer, Wishes.harmonics),
     Option("--tick S", "cycle of the controller", any_number, Wishes.tick),
@@ -145,6 +147,7 @@ SEARCHING = (
             meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
         ),
         JSON,
+        FULL,
         Group("goal", GOAL),
         Group("motion", MOTION),
         Group("limits in addition to those of the robot", (*LIMITS, CELL, NO_COLLISION)),
@@ -175,14 +178,15 @@ def excite_command(args: Namespace) -> Result:
         uses, beyond = _checked(motion, loaded, progress)
         expected = expected_fit([motion], model, _bodies(args), progress=progress) if args.check else None
     write_plan(motion, path)
-    page = [*_wrapped(distinguished), summary(motion, uses, beyond), *_poor(motion)]
-    page.append(f"written: {path}; exidyn excite {args.robot} --show {path} draws it")
     motions = [plan_table(motion, uses, beyond) | {"written": str(path)}]
     table = {"exidyn_plan": 1, "motions": motions, "distinguished": distinguished}
+    remarks = [*distinguished, *_poor(motion)]
     if expected is not None:
-        page += _wrapped(expected.sentences)
+        remarks += expected.sentences
         table["expected"] = asdict(expected)
-    return Result("\n".join(page), table)
+    file, robot = shlex.quote(str(path)), shlex.quote(args.robot)
+    following = [f"excite {robot} --show {file}", f"record {file} --robot {robot}"]
+    return Result(plan_document(motion, uses, beyond, remarks), table, [path], following)
 
 
 def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
@@ -196,7 +200,7 @@ def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], l
 def _require_together(args: Namespace) -> None:
     """Raise if options exclude each other."""
     if args.kind != OPTIMIZED:
-        refuse_with(f"--kind {args.kind}", args, [AGAINST, *IDENTIFY_ONLY])
+        refuse_with(f"--kind {args.kind}", args, [AGAINST, LENGTH, *IDENTIFY_ONLY])
     elif args.joints:
         raise WrongUse(f"--joints cannot be used with kind '{OPTIMIZED}', in which all joints move")
     if args.against:
@@ -217,20 +221,15 @@ def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, l
     return _search(args, model, wishes, progress), []
 
 
-def _wrapped(sentences: Sequence[str]) -> list[str]:
-    return [line for sentence in sentences for line in paragraph(sentence)]
-
-
 def _poor(plan: Plan) -> list[str]:
     """A warning if the best motion is poor."""
     condition = plan.reached if plan.criterion == "condition" else float(plan.details.get("condition", 1.0))
     if not condition < WORST:
-        warning = (
-            f"the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, some "
-            "combination of parameters is hardly excited. Try a wider range or window, a longer --period, "
-            "more --search, or a model with fewer unknowns"
-        )
-        return paragraph(warning, " " * 11, "  WARNING: ")
+        return [
+            f"WARNING: the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, "
+            "some combination of parameters is hardly excited. Try a wider range or window, a longer "
+            "--period, more --search, or a model with fewer unknowns"
+        ]
     return []
 
 
@@ -278,7 +277,7 @@ def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     return Wishes(
         harmonics=args.harmonics,
         period=args.period,
-        seconds=args.length,
+        seconds=Wishes.seconds if args.length is None else args.length,
         margins=replace(
             Margins(),
             velocity=args.margin,
@@ -294,7 +293,7 @@ def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
             model.robot,
             cell=args.cell,
             collision=not args.no_collision,
-            say=progress,
+            say=print_warning,
         ),
         shapes=args.shapes,
         focus=args.focus,

@@ -1,5 +1,6 @@
 """exidyn identify: identify dynamics and drive gains from recordings."""
 
+import shlex
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -10,8 +11,9 @@ from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.verdict import JointState, joint_verdicts
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.pages.fit_document import fit_document, report_html
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -22,6 +24,7 @@ from ..arguments.command import Command, Option, table_help
 from ..arguments.options import (
     AS_RECORDED,
     FILTERS,
+    FULL,
     JSON,
     VALIDATE,
     make_folder,
@@ -30,7 +33,7 @@ from ..arguments.options import (
     robot_option,
     view_options,
 )
-from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
+from ..files.given_runs import PAYLOADS, carrying, diagnose_words, distinct_bodies
 from ..terminal.stopwatch import Stopwatch
 from .import_command import DEGREES, UNITS, import_options
 from .result import Result
@@ -84,6 +87,7 @@ STAGES = {
         *FILTERS,
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
+        FULL,
         *view_options("measurement and prediction"),
     ),
     table_help("estimators", ESTIMATORS),
@@ -111,7 +115,15 @@ def identify_command(args: Namespace) -> Result:
     file, report = args.output / "fit.json", args.output / "report.html"
     write_fit(fit, file)
     report.write_text(report_html(fit), encoding="utf-8")
-    return Result(summary(fit), fit_text(fit), [file, report], partial(_view, fit))
+    following = [_next(args, fit, file)]
+    return Result(fit_document(fit), fit_text(fit), [file, report], following, partial(_view, fit))
+
+
+def _next(args: Namespace, fit: Fit, file: Path) -> str:
+    """The command that tells what is missing; if no joint is above its noise floor, an export."""
+    if any(joint.state is JointState.FAR_ABOVE for joint in joint_verdicts(fit)):
+        return diagnose_words(args, args.robot)
+    return f"export {shlex.quote(str(file))} --to mjcf"
 
 
 def _view(fit: Fit) -> "View":

@@ -1,5 +1,6 @@
 """exidyn payload: identify the payload on the flange, or plan the motion for it."""
 
+import shlex
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,7 +9,7 @@ from pathlib import Path
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.model import Model
-from exidyn.identification.pages.payload_document import payload_table, payload_text
+from exidyn.identification.pages.payload_document import payload_document, payload_table
 from exidyn.identification.payload.formats import FORMATS
 from exidyn.identification.payload.payload_estimate import PayloadEstimate
 from exidyn.identification.payload.weigh import weigh
@@ -17,13 +18,13 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.text_table import digits, paragraph
+from exidyn.identification.text_table import digits
 from exidyn.trajectories.kinds.payload_motion import HEAVIEST, AnyPayload, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
-from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_summary import plan_document
 
 from ..arguments.command import (
     Command,
@@ -32,6 +33,7 @@ from ..arguments.command import (
     WrongUse,
     any_number,
     positive,
+    print_warning,
     refuse_with,
     refuse_without,
     table_help,
@@ -40,6 +42,7 @@ from ..arguments.options import (
     AS_RECORDED,
     CELL,
     FILTERS,
+    FULL,
     JSON,
     NO_COLLISION,
     joint_values,
@@ -105,6 +108,7 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
         FORMS,
         *FILTERS,
         JSON,
+        FULL,
         AS_RECORDED,
         Group("plan the motion instead", PLAN),
     ),
@@ -125,7 +129,18 @@ def payload_command(args: Namespace) -> Result:
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         result = _weighed(args, progress)
-    return Result(payload_text(result, args.forms), payload_table(result, args.forms))
+    words = ["payload", *args.runs, *_known_from(args), "--for", "CONTROLLER"]
+    following = [] if args.forms else [shlex.join(map(str, words))]
+    table = payload_table(result, args.forms)
+    return Result(payload_document(result, args.forms), table, next=following)
+
+
+def _known_from(args: Namespace) -> list[str | Path]:
+    """The options that state what is known of the arm, as typed."""
+    words: list[str | Path] = ["--empty", *args.empty] if args.empty else []
+    for option, value in (("--fit", args.fit), ("--robot", args.robot)):
+        words += [option, value] if value else []
+    return words
 
 
 def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
@@ -177,25 +192,21 @@ def _plan(args: Namespace) -> Result:
         torque = nominal_torque(motion, model)
     uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
     write_plan(motion, args.output)
-    page = [summary(motion, uses, beyond)]
+    remarks = []
     if motion.reached > OPEN:
-        page += paragraph(
+        remarks.append(
             "This motion would not determine the payload: its mean relative standard deviation is "
-            f"{digits(motion.reached, 2)}, limit {OPEN:g}. Try a larger --length or --search.",
-            "  ",
-            "  ",
+            f"{digits(motion.reached, 2)}, limit {OPEN:g}. Try a larger --length or --search."
         )
-    page.append(
-        f"written: {args.output}; exidyn record {args.output} --robot ROBOT plays it with the payload"
-    )
     table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.output)}]}
-    return Result("\n".join(page), table)
+    following = [f"record {shlex.quote(str(args.output))} --robot {shlex.quote(args.robot or 'ROBOT')}"]
+    return Result(plan_document(motion, uses, beyond, remarks), table, [args.output], following)
 
 
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
     clearances = () if not args.robot else read_clearances(
-        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=progress,
+        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=print_warning,
     )  # fmt: skip
     start = joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)

@@ -1,5 +1,6 @@
 """exidyn simulate: simulate a planned motion in closed loop, and compare it with a recording."""
 
+import shlex
 import time
 from argparse import Namespace
 from dataclasses import replace
@@ -8,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exidyn.identification.document.document import Document, Paragraph
 from exidyn.identification.effects import Payload, known_parameters
 from exidyn.identification.errors import NeedsPayload, RobotError
 from exidyn.identification.model import Model
@@ -30,6 +32,7 @@ from ..arguments.command import (
 )
 from ..arguments.options import (
     BODY,
+    FULL,
     JSON,
     PLAN,
     SPEED,
@@ -79,6 +82,7 @@ BODIES = (Option("--payload NAME", "name of a payload of the model", default="")
         Option("plan [TRAJECTORY]", PLAN.meaning, Path),
         output_option("FILE", Path("sim.mcap")),
         JSON,
+        FULL,
         *SIMULATION,
         Group("payload on the flange: one of the model, or another", BODIES),
         Group(
@@ -98,7 +102,11 @@ def simulate_command(args: Namespace) -> Result:
         refuse_without("TRAJECTORY", args, [*SIMULATION, *BODIES])
         return compare_with(args, Path(args.arm))
     simulation, comparison = _simulated(args), compare_with(args, args.output)
-    return replace(comparison, page=f"{simulation.page}\n\n{comparison.page}", written=simulation.written)
+    document = comparison.page
+    assert isinstance(document, Document)
+    note = Paragraph(str(simulation.page))
+    page = document._replace(note=note.text, brief=[note, *document.brief])
+    return replace(comparison, page=page, written=simulation.written)
 
 
 def _simulated(args: Namespace) -> Result:
@@ -117,7 +125,8 @@ def _simulated(args: Namespace) -> Result:
     seconds = time.perf_counter() - began
     write_recording(recording, args.output)
     table = _table(recording, seconds) | {"written": str(args.output)}
-    return Result(_summary(recording, seconds), table, [args.output])
+    following = [f"simulate {shlex.quote(str(args.output))} --against RUN"] if args.against is None else []
+    return Result(_summary(recording, seconds), table, [args.output], following)
 
 
 def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:

@@ -31,7 +31,7 @@ def read_clearances(
         cell: Another file with `[[obstacle]]` and `[[region]]` rows.
         collision: Whether to check the arm's geometry and obstacles.
         distance: Smallest distance between bodies, and between bodies and obstacles [m].
-        say: Function that takes sentences on what is checked.
+        say: Function that takes sentences on what is not checked.
 
     Raises:
         RobotError: If a file is wrong, or there are obstacles but the robot has no collision geometry.
@@ -46,7 +46,6 @@ def read_clearances(
         say("the robot has no collision geometry: self-collision is not checked")
         return tuple(regions)
     bodies = Collision.of(robot, with_obstacles(geometry, surroundings.obstacles), distance)
-    say(f"{len(bodies.names)} pairs of bodies are kept {distance:g} m apart")
     for sentence in _unchecked_pairs(bodies, surroundings.obstacles):
         say(sentence)
     return (bodies, *regions)

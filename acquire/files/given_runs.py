@@ -1,6 +1,7 @@
 """Inputs of commands: an arm, and runs with payloads, roles and distinct names."""
 
 import argparse
+import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
@@ -12,7 +13,7 @@ import numpy as np
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.effects import known_parameters
-from exidyn.identification.errors import NeedsPayload, RecordingError
+from exidyn.identification.errors import NeedsPayload
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identification import same_robot
 from exidyn.identification.fit.identified import identified
@@ -23,7 +24,7 @@ from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.description import ENDINGS, NAMED
 from exidyn.identification.robot_files.robot_file import builtin_names, read_model
 
-from ..arguments.command import Option, any_number
+from ..arguments.command import Option, WrongUse, any_number
 
 Named = TypeVar("Named", Recording, Trace)
 ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
@@ -188,18 +189,17 @@ class Case(NamedTuple):
 
 
 def recorded_case(args: argparse.Namespace) -> Case:
-    """The robot and the runs of a command line; without a robot, the robot in the recordings.
+    """The robot and the runs of a command line; without --robot, the robot in the recordings.
 
     Raises:
-        RecordingError: If there are no runs.
+        WrongUse: If the robot is given among the runs.
     """
-    first = args.sources[0]
-    is_robot = first in builtin_names() or Path(first).suffix in (".toml", *ENDINGS)
-    model = read_model(first) if is_robot else None
+    _refuse_robot_among_runs(args)
+    model = read_model(args.robot) if args.robot else None
     runs = [
         (recording.settings.get("role") or ROLE, recording)
-        for source in args.sources[0 if model is None else 1 :]
-        for recording in import_source(Path(source), model)
+        for path in args.runs
+        for recording in import_source(path, model)
     ]
     for role in ("slow", "validate"):
         runs += [
@@ -207,9 +207,28 @@ def recorded_case(args: argparse.Namespace) -> Case:
         ]
     for run in args.payload:
         runs += [(LOADED, carrying(recording, run)) for recording in import_source(run.path, model)]
-    if not runs:
-        raise RecordingError("a robot without runs: give at least one recording after it")
     named = distinct_bodies([recording for _, recording in runs])
     roles = [role for role, _ in runs]
     model = model or same_robot(named)
     return Case(model.robot.name, model, list(zip(roles, named, strict=True)))
+
+
+def _refuse_robot_among_runs(args: argparse.Namespace) -> None:
+    for path in args.runs:
+        if str(path) in builtin_names() or path.suffix in (".toml", *ENDINGS):
+            others = [run for run in args.runs if run != path] or [Path("RUN")]
+            corrected = diagnose_words(argparse.Namespace(**vars(args) | {"runs": others}), str(path))
+            raise WrongUse(f"{path} is a robot, not a run; type: exidyn {corrected}")
+
+
+def diagnose_words(args: argparse.Namespace, robot: str | None) -> str:
+    """The command, without "exidyn", that diagnoses the runs of a command line."""
+    words = ["diagnose", *args.runs]
+    for role in ("slow", "validate"):
+        words += [f"--{role}", *paths] if (paths := getattr(args, role, [])) else []
+    for run in args.payload:
+        words += ["--payload", run.path]
+        for name, value in run.numbers.items():
+            words += [f"--{name}", *(f"{number:g}" for number in np.ravel(value))]
+    words += ["--robot", robot] if robot else []
+    return shlex.join(map(str, words))

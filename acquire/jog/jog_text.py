@@ -62,17 +62,14 @@ def _vector(values: np.ndarray, form: str) -> str:
     return ", ".join(f"{axis} {form.format(value)}" for axis, value in zip("xyz", small, strict=True))
 
 
-def after(robot: Robot, travel: Travel, judgements: Sequence[Judgement], flange: FlangeTravel | None) -> str:
+def after(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> str:
     """The result of the jog."""
     rows = [[j.name, _number(j.value, j), _range(j), j.unit, str(j.verdict)] for j in judgements]
     lines = ["", *table(["", "measured", "expected", "", ""], rows, left=(0, 2, 3, 4))]
     for text in dict.fromkeys(j.text for j in judgements if j.text):
         names = ", ".join(j.name for j in judgements if j.text == text)
         lines += paragraph(text, " " * 4, f"  {names}: ")
-    lines += ["", *paragraph(summary(robot.joints[travel.joint], judgements))]
-    if flange is not None:
-        lines += [*paragraph(LOOK), *expected(robot, travel, flange)]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", *paragraph(f"{summary(robot.joints[travel.joint], judgements)} {LOOK}")])
 
 
 def _range(judgement: Judgement) -> str:

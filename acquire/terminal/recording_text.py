@@ -1,10 +1,12 @@
 """Contents of a recording: as lines for a person, and as a plain table for JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from exidyn.identification.document.document import Code, Document, Section, Statements, Table
+from exidyn.identification.document.text import blocks_lines
 from exidyn.identification.effects import name_of
 from exidyn.identification.recordings.align import follows_by
 from exidyn.identification.recordings.recording import (
@@ -15,7 +17,7 @@ from exidyn.identification.recordings.recording import (
     Signal,
     Timing,
 )
-from exidyn.identification.text_table import INDENT, digits, paragraph, table
+from exidyn.identification.text_table import INDENT, UNKNOWN, digits, paragraph, table
 from exidyn.quoting import one_line
 
 SHOWN = 40
@@ -24,8 +26,27 @@ SHOWN_STATES = 8
 """Largest number of changes of a controller state that are printed."""
 
 
+def recordings_document(recordings: Sequence[Recording]) -> Document:
+    """Contents of recordings; in short what was recorded, how it ended, and the signals."""
+    sections = [Section("", recording.name, [Code(describe(recording))]) for recording in recordings]
+    brief = [
+        block for recording in recordings for block in (Statements(_said(recording)), _signals(recording))
+    ]
+    return Document(
+        ", ".join(one_line(recording.name) for recording in recordings), "", sections, brief=brief
+    )
+
+
+def _said(recording: Recording) -> list[str]:
+    """Robot, duration, payload and origin of a recording; its end; its warnings."""
+    origin = [f"driver {driver}"] if (driver := recording.settings.get("driver")) else []
+    facts = [f"{recording.duration:.3f} s", f"payload {payload_words(recording)}", *origin]
+    ended = " ".join(line.strip() for line in _outcome(recording.outcome))
+    return [f"{recording.robot.name}: {', '.join(facts)}", *([ended] if ended else []), *recording.warnings]
+
+
 def describe(recording: Recording) -> str:
-    """Robot, signals, ranges, payload, settings and warnings of a recording, as lines."""
+    """Robot, payload, settings, signals, ranges, course and warnings of a recording, as lines."""
     robot = recording.robot
     facts = {
         "robot": f"{robot.name}: {', '.join(robot.joints)}",
@@ -35,11 +56,10 @@ def describe(recording: Recording) -> str:
         "trajectory": "inside" if recording.trajectory else "none",
         **{one_line(name): text for name, text in recording.settings.items()},
     }
-    lines = [one_line(recording.name)]
-    width = max(map(len, facts)) + 2
+    lines, width = [one_line(recording.name)], max(map(len, facts)) + 2
     for name, text in facts.items():
         lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
-    for block in (_signals(recording), _ranges(recording), _course(recording)):
+    for block in (blocks_lines([_signals(recording)]), _ranges(recording), _course(recording)):
         lines += ["", *(f"  {line}" for line in block)] if block else []
     return "\n".join(lines + warning_lines(recording))
 
@@ -57,18 +77,13 @@ def warning_lines(recording: Recording) -> list[str]:
     return [line for warning in recording.warnings for line in paragraph(warning, " " * 11, "  warning: ")]
 
 
-def _signals(recording: Recording) -> list[str]:
+def _signals(recording: Recording) -> Table:
     """Table of the signals: unit, number of samples, rate."""
     rows = [
-        [
-            name,
-            _unit(recording, name),
-            str(len(signal)),
-            digits(signal.rate) if signal.rate else "-",
-        ]
+        [name, _unit(recording, name), str(len(signal)), digits(signal.rate) if signal.rate else UNKNOWN]
         for name, signal in recording.signals.items()
     ]
-    return table(["signal", "unit", "samples", "Hz"], rows, left=(0, 1))
+    return Table(["signal", "unit", "samples", "Hz"], rows, words=(1,))
 
 
 def _ranges(recording: Recording) -> list[str]:

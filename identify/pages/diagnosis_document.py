@@ -25,7 +25,10 @@ from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks
 from .shown import Shown
 
-HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
+HELD_OUT = (
+    "Held-out score: how much better the model with the finding predicts the held-out runs; a positive score "
+    "confirms it."
+)
 
 
 def diagnosis_document(shown: Shown) -> Document:
@@ -40,14 +43,9 @@ def diagnosis_document(shown: Shown) -> Document:
         Section("verdict", "Verdict", verdict_blocks(shown)),
         *detail_sections(shown),
     ]
-    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
-
-
-def brief(shown: Shown) -> Document:
-    """A document of the verdict alone, and where the rest is."""
-    rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
-    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), rest])
-    return Document(f"Diagnosis of {shown.diagnosis.name}", "", [opening])
+    [said, table, *rest] = verdict_blocks(shown)
+    warned = [block for block in rest if isinstance(block, Statements)]
+    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts, [said, table, *warned])
 
 
 def report_html(diagnosis: Diagnosis, folder: str = "") -> str:

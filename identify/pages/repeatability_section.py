@@ -76,5 +76,5 @@ def _follows(parameter: Repeated, repeatability: Repeatability) -> str:
             for trend in trends
         )
     if len(repeatability.parts) < FEWEST:
-        return f"open: {FEWEST} parts are needed"
+        return f"undecided: {FEWEST} parts are needed"
     return f"not {' or '.join(repeatability.conditions)}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ..errors import Infeasible, in_words_of
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence as Run
 from ..limits.check import check
-from ..limits.leads import with_leads
+from ..limits.leads import with_leads, with_rests
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import condition, name_of
@@ -28,7 +29,7 @@ from ..search.torque_spread import DRAWS
 from ..trajectory import States
 from .goals import identification_goal, typical_states
 from .torque_room import torque_spread
-from .wishes import Wishes, periods_of
+from .wishes import Wishes, periods_in, periods_of
 
 
 def plan(
@@ -122,7 +123,7 @@ def _plan(
         details={
             **_bodies(wishes),
             **_nearest(run, wishes),
-            "length": duration_parts(wishes.seconds, series.period, run.duration),
+            "length": _duration_parts(run, series.period),
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(result.value),
@@ -179,6 +180,14 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     return f"focus on {' '.join(wishes.in_focus)}" if name == "focus" else name
 
 
+def _duration_parts(run: Run, period: float) -> str:
+    """Duration of the parts of a run [s]."""
+    count = round(run.parts[2].duration / period)
+    periods = f"{count} periods take" if count > 1 else "1 period takes"
+    beside = digits(run.duration - count * period, 2)
+    return f"{periods} {digits(count * period)} s, and rests and leads {beside} s"
+
+
 GUESSED = "guessed on the flange's z axis"
 UNSAFE = "with another center of mass the torque can exceed its limits, so state it with --com"
 """Why a plan for a mass alone is not safe for every payload."""
@@ -204,15 +213,15 @@ def whole_run(
     Args:
         series: Series whose period is a whole number of sampling periods.
         limits: Limits of the series and the leads.
-        wishes: Planning options; `seconds` is the least duration of the periods together.
+        wishes: Planning options; rests fill the run to `seconds`.
         torques: Function from states to the torque of each run, for the check.
 
     Raises:
-        Infeasible: No phase of the period has feasible leads.
+        Infeasible: No phase of the period has feasible leads within the duration.
     """
     reason, tick = "no phase was tried", wishes.tick
-    repeats = periods_in(wishes.seconds, series.period)
-    for share in SHARES:
+    count = periods_in(wishes, limits, series.period)
+    for repeats, share in product(dict.fromkeys((count, max(count - 1, 1))), SHARES):
         runs: list[Run] = []
         for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)):
             core = replace(series.shifted(float(shift * tick)), periods=repeats)
@@ -223,7 +232,7 @@ def whole_run(
         for run in sorted(runs, key=lambda run: run.duration)[:TRIED]:
             reason = _why_not(run, limits, wishes, torques)
             if not reason:
-                return run
+                return with_rests(run, wishes.seconds, tick)
     raise Infeasible(f"no lead into the motion keeps to the limits: {reason}")
 
 
@@ -244,6 +253,8 @@ def _why_not(
     run: Run, limits: Limits, wishes: Wishes, torques: Sequence[Callable[[States], np.ndarray]]
 ) -> str:
     """The first violation of a run in words; empty if there is none."""
+    if run.duration > wishes.seconds + 0.5 * wishes.tick:
+        return f"it takes {run.duration:.2f} s, longer than the {wishes.seconds:g} s that were asked for"
     names = [f"joint {joint + 1}" for joint in range(run.dof)]
     for torque in torques or (None,):
         for violation in check(run, limits, wishes.tick, torque):
@@ -253,18 +264,3 @@ def _why_not(
         if not nearest.allowed:
             return f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s"
     return ""
-
-
-def periods_in(seconds: float, period: float) -> int:
-    """The smallest number of periods that last at least a time [s]."""
-    return max(1, int(np.ceil(seconds / period - 1e-9)))
-
-
-def duration_parts(seconds: float, period: float, duration: float) -> str:
-    """The requested duration and the parts of the planned one [s]."""
-    count = periods_in(seconds, period)
-    periods = f"{count} periods take" if count > 1 else "1 period takes"
-    return (
-        f"requested {digits(seconds)} s; {periods} {digits(count * period)} s, and rests and leads "
-        f"{digits(duration - count * period, 2)} s"
-    )

@@ -9,11 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.identification.document.document import (
-    Cell,
     Document,
     Figure,
     Grid,
-    Marked,
     Paragraph,
     Section,
     Statements,
@@ -27,7 +25,7 @@ from ..trajectory import unit_of
 from .plan import Plan
 from .plan_check import Curve, Torque, Use, limit_use, percent
 from .plan_space import Space, space_figures
-from .plan_summary import plan_facts, span
+from .plan_summary import plan_facts, use_table
 
 LEFT, WIDTH, RIGHT = 64.0, 512.0, 56.0
 """Width of the labels, of a panel, and of its percentage [px]."""
@@ -134,10 +132,6 @@ class Around(NamedTuple):
     nearest: str  # nearest approaches in words; empty if collisions were not checked
 
 
-NEAR = 0.9
-"""Share of a limit from which a number is colored as near the limit."""
-
-
 def plan_page(
     plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
 ) -> str:
@@ -162,7 +156,7 @@ def plan_page(
     )
     sections = [
         Section("verdict", "Verdict", [Statements(_verdict(plan, uses, beyond, torque, around), "verdict")]),
-        Section("limits", "Use of the limits", [_use_table(plan, uses)]),
+        Section("limits", "Use of the limits", [use_table(plan, uses)]),
         *_space(around),
         Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")]),
         Section("plan", "How it was planned", [_facts(plan)]),
@@ -208,28 +202,6 @@ def _unchecked(plan: Plan, torque: Torque | None, around: Around | None) -> list
     elif plan.payload_pair and len(torque.runs) == 1:
         unchecked.append("torque of the loaded run, since the robot file names no payload")
     return unchecked
-
-
-def _use_table(plan: Plan, uses: Sequence[Use]) -> Table:
-    head = ["joint", "unit", "position", "of limits", *(f"{use.name} [%]" for use in uses[1:])]
-    position = uses[0]
-    rows: list[list[Cell]] = [
-        [
-            name,
-            plan.units[j],
-            _cell(span(position.reached.lower[j], position.reached.upper[j]), position, j),
-            span(position.lower[j], position.upper[j]),
-            *(_cell(percent(use.share[j], "-"), use, j) for use in uses[1:]),
-        ]
-        for j, name in enumerate(plan.joints)
-    ]
-    return Table(head, rows, words=(1,))
-
-
-def _cell(words: str, use: Use, joint: int) -> Cell:
-    share = use.share[joint]
-    kind = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
-    return words if np.isnan(share) else Marked(words, kind)
 
 
 def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:

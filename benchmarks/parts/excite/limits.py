@@ -25,8 +25,9 @@ from exidyn.trajectories.clearances.region import read_regions
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.moves import brake_reach
+from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.planner import plan
-from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.planning.wishes import Wishes, shortest_run
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.trajectory import States
 
@@ -70,11 +71,12 @@ def random_problem(seed: int) -> tuple[Model, Wishes]:
     wishes = Wishes(
         harmonics=int(random.integers(3, 6)),
         period=period,
-        seconds=period,
         window=window,
         start=start,
         rest=0.2,
     )
+    inside, _ = usable(robot, wishes.margins, window, start)
+    wishes = replace(wishes, seconds=shortest_run(wishes, inside))
     if seed % 4 == 0:
         floor = [{"point": "flange", "lower": [-np.inf, -np.inf, _height(model)]}]
         wishes = replace(wishes, clearances=tuple(read_regions(floor, model.robot)))
