@@ -30,8 +30,8 @@ COMPARISON = (
 )
 
 
-def compare_with(args: Namespace, path: Path) -> Result:
-    """Compare the simulation at a path with the recording of --against."""
+def compare_with(args: Namespace, path: Path, note: str = "") -> Result:
+    """Compare the simulation at a path with the recording of --against; the note is on the simulation."""
     model = read_model(args.robot) if args.robot else None
     simulated, recorded = (_single(source, model) for source in (path, args.against))
     if simulated.name == recorded.name:
@@ -39,7 +39,7 @@ def compare_with(args: Namespace, path: Path) -> Result:
     comparison = _compared(simulated, recorded, args.offset, read_fit(args.fit) if args.fit else None)
     following = _next_commands(args, path, simulated, recorded)
     table = comparison_table(comparison, [f"exidyn {command}" for command in following])
-    return Result(compared_document(comparison), table, next=following if differs(comparison) else ())
+    return Result(compared_document(comparison, note), table, next=following if differs(comparison) else ())
 
 
 def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
@@ -77,7 +77,4 @@ def _next_commands(args: Namespace, path: Path, simulated: Recording, recorded: 
     if model_text(simulated.model) == model_text(recorded.model):
         return [f"diagnose {run}"]
     model = shlex.quote(str(path.with_name(f"{path.stem}-model.toml")))
-    return [
-        f"export {shlex.quote(str(path))} --to toml -o {model}",
-        f"diagnose {run} --robot {model}",
-    ]
+    return [f"export {shlex.quote(str(path))} --to toml -o {model}", f"diagnose {run} --robot {model}"]

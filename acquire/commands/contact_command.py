@@ -50,10 +50,7 @@ usual hour between false alarms on, the extrapolation is short."""
         Option(
             "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
         ),
-        output_option(
-            "FILE",
-            meaning="write external torques and flange force as a table (.csv)",
-        ),
+        output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
         *view_options("torques, and the force on the moving arm,"),
     ),
@@ -86,7 +83,7 @@ def contact_command(args: Namespace) -> Result:
 
         return contact_view(result, torque_unit(fit))
 
-    return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view)
+    return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view=view)
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:

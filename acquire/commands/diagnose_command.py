@@ -14,6 +14,7 @@ from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
+from exidyn.identification.recordings.recording import Recording
 
 from ..arguments.command import Command, Option
 from ..arguments.options import (
@@ -27,7 +28,7 @@ from ..arguments.options import (
     robot_option,
 )
 from ..files.diagnosis_files import write_diagnosis
-from ..files.given_runs import PAYLOADS, Case, recorded_case
+from ..files.given_runs import PAYLOADS, recorded_case
 from ..terminal.stopwatch import Progress, Stopwatch
 from .result import Result
 
@@ -65,28 +66,30 @@ def diagnose_command(args: Namespace) -> Result:
     make_folder(args.output)
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", "read the recordings"))
-        case = recorded_case(args)
-        progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
+        model, runs = recorded_case(args)
+        progress(StageText("ask", f"check {counted(len(runs), 'run')} of {model.robot.name}"))
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         diagnosis = diagnose(
-            case.model,
-            case.runs,
-            case.name,
+            model,
+            runs,
+            model.robot.name,
             filtering=filtering,
             as_recorded=args.as_recorded,
             progress=progress,
         )
-        fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
+        fit = None if args.quick else _fit(diagnosis, runs, filtering, progress)
         written = write_diagnosis(diagnosis, fit, args.output)
     shown = Shown.of(diagnosis, str(args.output))
     return Result(diagnosis_document(shown), as_json(shown.diagnosis, str(args.output)), written)
 
 
-def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:
+def _fit(
+    diagnosis: Diagnosis, runs: list[tuple[str, Recording]], filtering: Filtering, progress: Progress
+) -> Fit | None:
     """Fit of the model with the findings; None if the runs do not suffice."""
     progress(StageText("identify", "identify the model with the findings"))
     try:
-        return refit(diagnosis, case.runs, filtering=filtering)
+        return refit(diagnosis, runs, filtering=filtering)
     except ExidynError as error:
         progress(f"no fit.json: {error}")
         return None

@@ -143,8 +143,7 @@ SEARCHING = (
     (
         Option("robot [ROBOT]", ROBOT_FILES),
         output_option(
-            "FILE",
-            meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
+            "FILE", meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html"
         ),
         JSON,
         FULL,
@@ -234,11 +233,7 @@ def _poor(plan: Plan) -> list[str]:
 
 
 def _search(
-    args: Namespace,
-    model: Model,
-    wishes: Wishes,
-    progress: Progress,
-    goal: Discriminate | None = None,
+    args: Namespace, model: Model, wishes: Wishes, progress: Progress, goal: Discriminate | None = None
 ) -> Plan:
     [motion] = plan(
         model,
@@ -277,23 +272,15 @@ def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     return Wishes(
         harmonics=args.harmonics,
         period=args.period,
-        seconds=Wishes.seconds if args.length is None else args.length,
+        **({} if args.length is None else {"seconds": args.length}),
         margins=replace(
-            Margins(),
-            velocity=args.margin,
-            acceleration=args.margin,
-            jerk=args.margin,
-            torque=args.margin,
+            Margins(), velocity=args.margin, acceleration=args.margin, jerk=args.margin, torque=args.margin
         ),
         window=None if window is None else scale * window,
         start=None if start is None else scale * start,
         tick=args.tick,
         clearances=read_clearances(
-            args.robot,
-            model.robot,
-            cell=args.cell,
-            collision=not args.no_collision,
-            say=print_warning,
+            args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=print_warning
         ),
         shapes=args.shapes,
         focus=args.focus,

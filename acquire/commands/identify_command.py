@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.document.html import html
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import JointState, joint_verdicts
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import fit_document, report_html
+from exidyn.identification.pages.fit_document import fit_document
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -62,11 +63,7 @@ STAGES = {
         "exidyn identify run.mcap --shapes stribeck_friction --json -",
     ),
     (
-        Option(
-            "runs RUN...",
-            "recording (.mcap), or with --robot a table (.csv)",
-            Path,
-        ),
+        Option("runs RUN...", "recording (.mcap), or with --robot a table (.csv)", Path),
         *PAYLOADS,
         VALIDATE,
         robot_option("replaces the robot in the recordings"),
@@ -114,9 +111,10 @@ def identify_command(args: Namespace) -> Result:
         )
     file, report = args.output / "fit.json", args.output / "report.html"
     write_fit(fit, file)
-    report.write_text(report_html(fit), encoding="utf-8")
+    document = fit_document(fit)
+    report.write_text(html(document), encoding="utf-8")
     following = [_next(args, fit, file)]
-    return Result(fit_document(fit), fit_text(fit), [file, report], following, partial(_view, fit))
+    return Result(document, fit_text(fit), [file, report], following, partial(_view, fit))
 
 
 def _next(args: Namespace, fit: Fit, file: Path) -> str:

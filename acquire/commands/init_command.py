@@ -285,11 +285,7 @@ def _arm(urdf: Path, log: Path, table: Table | None, chosen: Mapping[str, Names]
 
 
 def _proposal(
-    logs: Sequence[Path],
-    tables: Tables | None,
-    model: Model,
-    chosen: Mapping[str, Names],
-    stated: Stated,
+    logs: Sequence[Path], tables: Tables | None, model: Model, chosen: Mapping[str, Names], stated: Stated
 ) -> Proposal:
     if tables is not None:
         log = log_columns(Columns(logs[0], tables.table, model.robot), chosen)

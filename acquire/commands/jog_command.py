@@ -180,11 +180,7 @@ def _joint(name: str, robot: Robot) -> int:
 
 
 def _driver(
-    args: Namespace,
-    name: str,
-    settings: dict[str, object],
-    model: Model,
-    payload: KnownPayload | None,
+    args: Namespace, name: str, settings: dict[str, object], model: Model, payload: KnownPayload | None
 ) -> Driver:
     """The driver; the mock gets a simulated arm."""
     require_mock(args, name)

@@ -64,6 +64,7 @@ OPEN = 0.3
 """Mean relative standard deviation beyond which the payload would count as not determined."""
 MOVING, POSES = "moving", "poses"
 """Kinds of motion."""
+DURATION = Option("--length S", f"duration with rests and leads; default: {LENGTH:g}", positive, LENGTH)
 PLAN = (
     Option("--up-to KG", "plan the motion for payloads up to this mass; needs --robot or --fit", positive),
     Option("--reach M", "largest distance of its center from the flange; default: 0.2", positive, 0.2),
@@ -73,7 +74,7 @@ PLAN = (
         (MOVING, POSES),
         MOVING,
     ),
-    Option("--length S", f"largest duration; default: {LENGTH:g}", positive, LENGTH),
+    DURATION,
     Option("--search S", f"search time; default: {SEARCH:g}", positive, SEARCH),
     Option("--start Q...", "pose at start and end [rad]", any_number),
     output_option("FILE", Path("payload.toml")),
@@ -129,18 +130,9 @@ def payload_command(args: Namespace) -> Result:
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         result = _weighed(args, progress)
-    words = ["payload", *args.runs, *_known_from(args), "--for", "CONTROLLER"]
-    following = [] if args.forms else [shlex.join(map(str, words))]
+    following = [] if args.forms else [f"{args.typed} --for CONTROLLER"]
     table = payload_table(result, args.forms)
     return Result(payload_document(result, args.forms), table, next=following)
-
-
-def _known_from(args: Namespace) -> list[str | Path]:
-    """The options that state what is known of the arm, as typed."""
-    words: list[str | Path] = ["--empty", *args.empty] if args.empty else []
-    for option, value in (("--fit", args.fit), ("--robot", args.robot)):
-        words += [option, value] if value else []
-    return words
 
 
 def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
@@ -184,6 +176,8 @@ def _plan(args: Namespace) -> Result:
     """Plan the motion, print and write it."""
     if not (args.robot or args.fit):
         raise WrongUse("--up-to needs the arm as --robot or --fit")
+    if args.kind == POSES:
+        refuse_with(f"--kind {POSES}", args, [DURATION])
     require_file(args.output, "--output", [path for path in (args.robot, args.fit) if path])
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if fit is None else fit.model

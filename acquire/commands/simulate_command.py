@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from exidyn.identification.document.document import Document, Paragraph
 from exidyn.identification.effects import Payload, known_parameters
 from exidyn.identification.errors import NeedsPayload, RobotError
 from exidyn.identification.model import Model
@@ -30,21 +29,12 @@ from ..arguments.command import (
     refuse_without,
     valid_if,
 )
-from ..arguments.options import (
-    BODY,
-    FULL,
-    JSON,
-    PLAN,
-    SPEED,
-    output_option,
-    require_file,
-    seed_option,
-)
+from ..arguments.options import BODY, FULL, JSON, PLAN, SPEED, output_option, require_file, seed_option
 from ..arguments.run_options import PAYLOAD
 from ..files.given_runs import ARM_HELP, read_arm
 from ..run.arms import noise_seed
 from ..run.simulated import simulated
-from ..terminal.stopwatch import with_bar
+from ..terminal.stopwatch import Stopwatch
 from .comparison import COMPARISON, compare_with
 from .result import Result
 
@@ -101,12 +91,8 @@ def simulate_command(args: Namespace) -> Result:
     if args.plan is None:
         refuse_without("TRAJECTORY", args, [*SIMULATION, *BODIES])
         return compare_with(args, Path(args.arm))
-    simulation, comparison = _simulated(args), compare_with(args, args.output)
-    document = comparison.page
-    assert isinstance(document, Document)
-    note = Paragraph(str(simulation.page))
-    page = document._replace(note=note.text, brief=[note, *document.brief])
-    return replace(comparison, page=page, written=simulation.written)
+    simulation = _simulated(args)
+    return replace(compare_with(args, args.output, str(simulation.page)), written=simulation.written)
 
 
 def _simulated(args: Namespace) -> Result:
@@ -118,10 +104,11 @@ def _simulated(args: Namespace) -> Result:
         for sentence in [*file_warnings(plan, arm.robot), *robot_differences(plan, arm.robot)]:
             print_warning(sentence)
     began, run = time.perf_counter(), args.output.stem
-    recording = simulated(
-        arm, plan, nominal, payload, speed=args.speed, tick=args.tick, seed=noise_seed(args.seed, run),
-        name=run, watched=with_bar,
-    )  # fmt: skip
+    with Stopwatch() as progress:
+        recording = simulated(
+            arm, plan, nominal, payload, speed=args.speed, tick=args.tick, seed=noise_seed(args.seed, run),
+            name=run, watched=progress.over,
+        )  # fmt: skip
     seconds = time.perf_counter() - began
     write_recording(recording, args.output)
     table = _table(recording, seconds) | {"written": str(args.output)}

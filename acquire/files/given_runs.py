@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -180,16 +180,8 @@ def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:
     return named
 
 
-class Case(NamedTuple):
-    """A nominal robot and its runs."""
-
-    name: str  # name of the robot
-    model: Model  # nominal model
-    runs: list[tuple[str, Recording]]  # role and recording of each run
-
-
-def recorded_case(args: argparse.Namespace) -> Case:
-    """The robot and the runs of a command line; without --robot, the robot in the recordings.
+def recorded_case(args: argparse.Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
+    """The nominal model, and role and recording of each run; without --robot, the robot in the recordings.
 
     Raises:
         WrongUse: If the robot is given among the runs.
@@ -209,8 +201,7 @@ def recorded_case(args: argparse.Namespace) -> Case:
         runs += [(LOADED, carrying(recording, run)) for recording in import_source(run.path, model)]
     named = distinct_bodies([recording for _, recording in runs])
     roles = [role for role, _ in runs]
-    model = model or same_robot(named)
-    return Case(model.robot.name, model, list(zip(roles, named, strict=True)))
+    return model or same_robot(named), list(zip(roles, named, strict=True))
 
 
 def _refuse_robot_among_runs(args: argparse.Namespace) -> None:

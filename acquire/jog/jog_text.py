@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identification.arm.robot import Robot
+from exidyn.identification.document.text import fact_lines
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
@@ -29,8 +30,7 @@ def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
         f"{scale * travel.distance:+.2f} {unit} and back at {scale * travel.speed:.2g} {unit}/s, "
         f"about {duration(travel):.0f} s"
     ]
-    width = max(map(len, facts)) + 2
-    return "\n".join([*lines, *(f"  {name + ':':<{width}}{text}" for name, text in facts.items())])
+    return "\n".join([*lines, *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")])
 
 
 def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:

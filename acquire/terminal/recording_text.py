@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identification.document.document import Code, Document, Section, Statements, Table
-from exidyn.identification.document.text import blocks_lines
+from exidyn.identification.document.text import blocks_lines, fact_lines
 from exidyn.identification.effects import name_of
 from exidyn.identification.recordings.align import follows_by
 from exidyn.identification.recordings.recording import (
@@ -41,8 +41,11 @@ def _said(recording: Recording) -> list[str]:
     """Robot, duration, payload and origin of a recording; its end; its warnings."""
     origin = [f"driver {driver}"] if (driver := recording.settings.get("driver")) else []
     facts = [f"{recording.duration:.3f} s", f"payload {payload_words(recording)}", *origin]
-    ended = " ".join(line.strip() for line in _outcome(recording.outcome))
-    return [f"{recording.robot.name}: {', '.join(facts)}", *([ended] if ended else []), *recording.warnings]
+    cycles = "; ".join(_cycles(recording.timing)) if recording.timing is not None else ""
+    course = (
+        " ".join(lines.split()) for lines in (cycles, *_following(recording), *_outcome(recording.outcome))
+    )
+    return [f"{recording.robot.name}: {', '.join(facts)}", *filter(None, course), *recording.warnings]
 
 
 def describe(recording: Recording) -> str:
@@ -56,9 +59,7 @@ def describe(recording: Recording) -> str:
         "trajectory": "inside" if recording.trajectory else "none",
         **{one_line(name): text for name, text in recording.settings.items()},
     }
-    lines, width = [one_line(recording.name)], max(map(len, facts)) + 2
-    for name, text in facts.items():
-        lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
+    lines = [one_line(recording.name), *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")]
     for block in (blocks_lines([_signals(recording)]), _ranges(recording), _course(recording)):
         lines += ["", *(f"  {line}" for line in block)] if block else []
     return "\n".join(lines + warning_lines(recording))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exidyn.drivers import StopLevel
-from exidyn.identification.document.text import blocks_lines
+from exidyn.identification.document.text import blocks_lines, fact_lines
 from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Use, limit_use
@@ -31,9 +31,7 @@ def before(checked: CheckedPlan, facts: Mapping[str, str]) -> str:
     """Robot, controller and motion against the limits."""
     plan = checked.plan
     lines = [f"{plan.robot}: {plan.trajectory.duration:.1f} s of motion"]
-    width = max(map(len, facts), default=0) + 2
-    for name, words in facts.items():
-        lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
+    lines += fact_lines(facts.items(), max(map(len, facts), default=0) + 2, "  ")
     table = use_table(plan, [*limit_use(plan), checked.torque.use])
     return "\n".join([*lines, "", *blocks_lines([table])])
 

@@ -4,12 +4,12 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import timedelta
 from threading import Event, Thread
 from typing import Self, TypeVar
 
 import numpy as np
-from tqdm import tqdm
 
 from exidyn.identification.progress import StageText
 from exidyn.identification.text_table import paragraph
@@ -22,8 +22,6 @@ T = TypeVar("T")
 Progress = Callable[[str], None]
 """Function that takes a sentence at each stage."""
 
-PATIENCE = 2.0
-"""Time until a bar appears [s]: shorter work needs none."""
 REDRAW = 0.5
 """Update period of the line [s]."""
 KNOWN = 0.02
@@ -31,12 +29,6 @@ KNOWN = 0.02
 NEARLY = 0.95
 """Share of a stage at which the line waits while the stage takes longer than expected; the remaining time is
 then unknown."""
-ITEMS = "{percentage:3.0f} % |{bar:30}| {elapsed}, about {remaining} left"
-
-
-def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
-    """Iterate over the items, in a terminal with a bar and the remaining time."""
-    return tqdm(items, file=beneath(sys.stderr), leave=False, delay=PATIENCE, disable=None, bar_format=ITEMS)
 
 
 class Stopwatch:
@@ -84,6 +76,14 @@ class Stopwatch:
         if isinstance(sentence, StageText) and sentence.stage in self._shares:
             self.enter(sentence.stage)
 
+    def over(self, items: Sequence[T] | np.ndarray) -> Iterator[T]:
+        """Iterate over items that take equal times."""
+        began = time.perf_counter()
+        for place, item in enumerate(items):
+            if place:
+                self._seconds = (time.perf_counter() - began) * len(items) / place
+            yield item
+
     def enter(self, stage: str) -> None:
         """Enter a stage without a sentence."""
         if stage != self._stage:
@@ -118,9 +118,7 @@ class Stopwatch:
     def _line(self, now: float) -> str:
         """The line of progress, cut to the width of the terminal."""
         done, remaining = self.time_left(now)
-        left = f"about {tqdm.format_interval(remaining)} left, " if math.isfinite(remaining) else ""
-        share = f"{100.0 * done:3.0f} %, {left}" if done else ""
+        left = f"about {timedelta(seconds=round(remaining))} left" if math.isfinite(remaining) else ""
+        words = filter(None, [f"{100.0 * done:.0f} %" if done else "", left, self._sentence])
         # 80 columns if the terminal does not state its size
-        return f"{now - self._start:6.1f} s  {share}{self._sentence}"[
-            : shutil.get_terminal_size().columns - 1
-        ]
+        return f"{now - self._start:6.1f} s  {', '.join(words)}"[: shutil.get_terminal_size().columns - 1]

@@ -1,6 +1,6 @@
 """A document as text with 80 columns, for terminals."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from ..text_table import at_point, page_width, paragraph, raised, table
 from .document import (
@@ -27,7 +27,8 @@ LABEL = 18
 def text(document: Document) -> str:
     """The document as text, without plots and details."""
     width = page_width.get()
-    parts = [[document.title.center(width).rstrip(), "=" * width, *_facts(document)]]
+    parts = [[document.title.center(width).rstrip(), "=" * width]]
+    parts[0] += paragraph(document.note) + fact_lines(document.facts, LABEL)
     for section in document.sections:
         if not section.detail and (lines := blocks_lines(section.blocks)):
             parts.append([section.title, "-" * width, *lines])
@@ -62,13 +63,12 @@ def _fitting(block: Statements, room: int) -> tuple[list[str], int]:
     return lines, 0
 
 
-def _facts(document: Document) -> list[str]:
-    written = [
-        line
-        for label, value in document.facts
-        for line in paragraph(value, " " * LABEL, f"{label + ':':<{LABEL}}")
-    ]
-    return (paragraph(document.note) if document.note else []) + written
+def fact_lines(facts: Iterable[tuple[str, str]], width: int, indent: str = "") -> list[str]:
+    """Lines of labels and values, the labels `width` characters wide with their colon."""
+    lines = []
+    for label, value in facts:
+        lines += paragraph(value, indent + " " * width, f"{indent}{label + ':':<{width}}")
+    return lines
 
 
 def _lines(block: Block) -> list[str]:

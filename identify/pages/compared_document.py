@@ -2,16 +2,7 @@
 
 import numpy as np
 
-from ..document.document import (
-    Block,
-    Cell,
-    Document,
-    Marked,
-    Number,
-    Section,
-    Statements,
-    Table,
-)
+from ..document.document import Cell, Document, Marked, Number, Paragraph, Section, Statements, Table
 from ..fit.verdict import MISSING, TO_NOISE
 from ..simulation.comparison import NAMES, Comparison, Mismatch, Regions
 from ..text_table import digits, percent
@@ -26,7 +17,7 @@ SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 """Unit of a thousandth, which is readable for small differences, by unit."""
 
 
-def compared_document(comparison: Comparison) -> Document:
+def compared_document(comparison: Comparison, note: str = "") -> Document:
     """The document of a comparison."""
     said, joints = Statements(verdict(comparison), "verdict"), _by_joint(comparison)
     sections = [
@@ -34,8 +25,8 @@ def compared_document(comparison: Comparison) -> Document:
         Section("joints", "Mismatch by joint, root mean square", [joints]),
         *(_by_region(comparison, mismatch) for mismatch in comparison.mismatch.values()),
     ]
-    brief: list[Block] = [said] if two_motions(comparison) else [said, joints]
-    return Document(f"{comparison.simulated} versus {comparison.recorded}", "", sections, brief=brief)
+    brief = [*([Paragraph(note)] if note else []), said, *([] if two_motions(comparison) else [joints])]
+    return Document(f"{comparison.simulated} versus {comparison.recorded}", note, sections, brief=brief)
 
 
 def _by_joint(comparison: Comparison) -> Table:

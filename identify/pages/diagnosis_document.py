@@ -7,17 +7,7 @@ from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
 from ..diagnosis.words.naming import capital
 from ..diagnosis.words.verdict import verdict
-from ..document.document import (
-    Block,
-    Cell,
-    Document,
-    Heading,
-    Number,
-    Paragraph,
-    Section,
-    Statements,
-    Table,
-)
+from ..document.document import Block, Cell, Document, Heading, Number, Paragraph, Section, Statements, Table
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
 from .budget import budget_section
@@ -39,10 +29,7 @@ def diagnosis_document(shown: Shown) -> Document:
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
         ("Search time", f"{diagnosis.seconds:.1f} s, reading files not counted"),
     ]
-    sections = [
-        Section("verdict", "Verdict", verdict_blocks(shown)),
-        *detail_sections(shown),
-    ]
+    sections = [Section("verdict", "Verdict", verdict_blocks(shown)), *detail_sections(shown)]
     [said, table, *rest] = verdict_blocks(shown)
     warned = [block for block in rest if isinstance(block, Statements)]
     return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts, [said, table, *warned])

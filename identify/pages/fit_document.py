@@ -25,24 +25,12 @@ from ..effects import Effect, name_of
 from ..fit.agreement import Agreement, Scores
 from ..fit.estimators.nominal_gains import given_nominal
 from ..fit.fit import Fit
-from ..fit.verdict import (
-    JointState,
-    gains_estimated,
-    joint_verdicts,
-    judged,
-    verdict,
-)
+from ..fit.verdict import JointState, gains_estimated, joint_verdicts, judged, verdict
 from ..model import Model
 from ..text_table import NORMAL_95, digits
 from .fit_parameters import parameters_section, unit_head
-from .fit_plots import (
-    ROOM_TEMPERATURE,
-    friction_plot,
-    interval_bar,
-    measured_unit,
-    torque_plot,
-)
-from .repeatability_section import repeatability_section
+from .fit_plots import ROOM_TEMPERATURE, friction_plot, interval_bar, measured_unit, torque_plot
+from .repeatability_section import agreement_sentence, repeatability_section
 from .svg import COLUMNS
 
 STRETCHES = 20_000
@@ -57,7 +45,8 @@ WORST_PAIRS = 12
 
 def fit_document(fit: Fit) -> Document:
     """The document of a fit."""
-    brief = [Statements(verdict(fit)), _brief_table(fit)]
+    repeated = [] if fit.repeatability is None else [agreement_sentence(fit.repeatability)]
+    brief = [Statements([*repeated, *verdict(fit)]), _brief_table(fit)]
     title = f"Identified dynamics of {fit.model.robot.name}"
     return Document(title, "", fit_sections(fit), _facts(fit), brief)
 

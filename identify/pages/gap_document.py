@@ -20,7 +20,6 @@ from ..document.document import (
     Statements,
     Table,
 )
-from ..document.html import html
 from ..in_mujoco.distances import Distances
 from ..in_mujoco.gap import Gap
 from ..in_mujoco.judge import ON_AXIS, Gain
@@ -72,11 +71,6 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
     ]
     title = f"{gap.diagnosis.name}: simulation versus real arm"
     return Document(title, "", sections, facts, [said, answers])
-
-
-def gap_html(gap: Gap, written: Written = NOTHING) -> str:
-    """The document as one HTML page."""
-    return html(gap_document(gap, written))
 
 
 class Compared(NamedTuple):

@@ -102,11 +102,7 @@ KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": sing
 
 
 def by_rule(
-    kind: str,
-    model: Model,
-    wishes: Wishes,
-    joints: Sequence[int] = (),
-    progress: Progress = lambda _: None,
+    kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = (), progress: Progress = lambda _: None
 ) -> Plan:
     """Plan of a run of one kind.
 

@@ -66,13 +66,7 @@ def plan(
     limits = setting.limits
     with in_words_of(model.robot):
         result = excite(
-            goal,
-            setting,
-            starts=starts,
-            seed=seed,
-            seconds=seconds,
-            iterations=iterations,
-            progress=progress,
+            goal, setting, starts=starts, seed=seed, seconds=seconds, iterations=iterations, progress=progress
         )
         goal = goal.with_spread(result.spread)
         return [_plan(model, wishes, goal, result, seed, series, limits, assumed) for series in result.series]
@@ -203,10 +197,7 @@ information, so half; less if the drives are too weak, and all if the distance i
 
 
 def whole_run(
-    series: Fourier,
-    limits: Limits,
-    wishes: Wishes,
-    torques: Sequence[Callable[[States], np.ndarray]] = (),
+    series: Fourier, limits: Limits, wishes: Wishes, torques: Sequence[Callable[[States], np.ndarray]] = ()
 ) -> Run:
     """Rest, lead-in, whole periods, lead-out, rest, with the shortest leads that keep to all limits.
 

@@ -36,6 +36,8 @@ SHARES = ("velocity", "acceleration", "jerk", "torque")
 """Limits whose safety margin is a share."""
 LENGTHS = {"position": "rad", "slide": "m"}
 """Units of the safety margins of revolute and prismatic joints."""
+PEOPLE_NEED = ("bodies", "center", "payload", "nearest")
+"""Details on which the safety of a run depends."""
 DETAIL_UNITS = {"period": " s", "heaviest": " kg"}
 """Units of the details that are numbers with a unit."""
 
@@ -45,27 +47,37 @@ def plan_document(
 ) -> Document:
     """Facts on a plan, its use of limits, the sentences `beyond` on limits that it exceeds, and remarks."""
     facts, limits, apart = plan_facts(plan), use_table(plan, uses), leads_apart(plan)
-    said = [*_verdict(plan, uses, beyond), *remarks, *(f"Assumed: {sentence}" for sentence in plan.assumed)]
-    brief = [*said[: max(len(beyond), 1)], f"To be run {facts['to be run']}: {facts['takes']}"]
+    said, assumed = _verdict(plan, uses, beyond), [f"Assumed: {sentence}" for sentence in plan.assumed]
+    run = [f"To be run {facts['to be run']}: {facts['takes']}"]
     if reached := facts.get("goal") or facts.get("criterion"):
-        brief.append(f"Reached: {reached}")
-    brief += said[max(len(beyond), 1) :]
+        run.append(f"Reached: {reached}")
+    run += [f"{name.capitalize()}: {facts[name]}" for name in PEOPLE_NEED if name in facts]
     sections = [
-        Section("verdict", "Verdict", [Statements(said, "verdict")]),
+        Section("verdict", "Verdict", [Statements([*said, *remarks, *assumed], "verdict")]),
         Section("limits", "Use of the limits", [limits, *([Paragraph(apart)] if apart else [])]),
     ]
     title = f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_words(plan.trajectory)}"
-    return Document(title, "", sections, tuple(facts.items()), [Statements(brief), limits])
+    return Document(
+        title, "", sections, tuple(facts.items()), [Statements([*said, *remarks, *run, *assumed]), limits]
+    )
 
 
 def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str]:
-    """Limits that are exceeded, or else the largest use of one."""
+    """Limits that are exceeded, or else the largest use of one; and limits that are not known."""
+    unlimited = [
+        f"No {use.name} limit is known for "
+        + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
+        + "."
+        for use in uses
+        if np.any(np.isnan(use.share))
+    ]
+    if beyond:
+        return ["Exceeds limits: do not run it.", *(f"BEYOND: {sentence}" for sentence in beyond), *unlimited]
     shares = np.nan_to_num([use.share for use in uses[1:]])
-    if beyond or not np.any(shares > 0.0):
-        return [f"BEYOND: {sentence}" for sentence in beyond]
     most, joint = np.unravel_index(np.argmax(shares), shares.shape)
-    used = f"{percent(shares[most, joint], '')} % of {uses[most + 1].name}, on {plan.joints[joint]}"
-    return [f"Within all limits: at most {used}"]
+    used = f"at most {percent(shares[most, joint], '')} % of {uses[most + 1].name}, on {plan.joints[joint]}"
+    stops = "so does a stop that begins at any sample"
+    return [f"Keeps to all known limits ({used}), and {stops}.", *unlimited]
 
 
 def plan_facts(plan: Plan) -> dict[str, str]:

@@ -231,7 +231,7 @@ def test_summary_has_the_numbers_and_no_wide_line(plan):
         assert "- slow\n" in page
         assert page.lstrip().startswith("Motion for two joints: 6.28319 s, fourier\n")
     inside = brief_text(plan_document(plan, limit_use(plan)), 25)
-    assert "Within all limits: at most 93.3 % of velocity, on shoulder" in inside
+    assert "Keeps to all known limits (at most 93.3 % of velocity, on shoulder)" in inside
 
 
 def test_margins_are_those_of_joints_that_the_arm_has(plan):
