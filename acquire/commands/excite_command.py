@@ -34,7 +34,6 @@ from ..arguments.command import (
     WrongUse,
     any_number,
     integer,
-    print_warning,
     refuse_with,
     refuse_without,
     table_help,
@@ -210,7 +209,7 @@ def _require_together(args: Namespace) -> None:
 
 def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, list[str]]:
     """A motion, and sentences on how well it distinguishes two models."""
-    wishes = _wishes(args, model, progress)
+    wishes = _wishes(args, model)
     if args.kind != OPTIMIZED:
         progress(StageText("make", f"make {args.kind}"))
         joints = [model.robot.index(joint) for joint in args.joints or ()]
@@ -264,7 +263,7 @@ def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) 
     return best, sentences(distinguish(goal, motion, limits, best.trajectory.duration))
 
 
-def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
+def _wishes(args: Namespace, model: Model) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
     start = joint_values(args.start, model.robot.dof, "--start")
@@ -279,9 +278,7 @@ def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
         window=None if window is None else scale * window,
         start=None if start is None else scale * start,
         tick=args.tick,
-        clearances=read_clearances(
-            args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=print_warning
-        ),
+        clearances=read_clearances(args, model.robot),
         shapes=args.shapes,
         focus=args.focus,
         bodies=_bodies(args),

@@ -33,7 +33,6 @@ from ..arguments.command import (
     WrongUse,
     any_number,
     positive,
-    print_warning,
     refuse_with,
     refuse_without,
     table_help,
@@ -199,9 +198,7 @@ def _plan(args: Namespace) -> Result:
 
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
-    clearances = () if not args.robot else read_clearances(
-        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=print_warning,
-    )  # fmt: skip
+    clearances = read_clearances(args, model.robot) if args.robot else ()
     start = joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)
     return payload_plan(

@@ -208,7 +208,7 @@ def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, .
     surroundings = read_surroundings(sources_of(args.robot, args.cell))
     if not (args.approach or plan.edited or surroundings):
         return ()
-    return read_clearances(args.robot, model.robot, cell=args.cell, collision=not args.no_collision)
+    return read_clearances(args, model.robot)
 
 
 def _record(

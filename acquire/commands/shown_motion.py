@@ -52,9 +52,7 @@ def show_motion(args: Namespace) -> Result:
         plan = within(plan, model.robot)
         torque = nominal_torque(plan, model)
         # without a margin, which was a matter of planning
-        clearances = read_clearances(
-            args.robot, model.robot, cell=args.cell, collision=not args.no_collision, distance=0.0
-        )
+        clearances = read_clearances(args, model.robot, distance=0.0)
     approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
     beyond = [*violations(plan, torque), *beyond_words(approaches)]
     uses = [*limit_use(plan), *([torque.use] if torque else [])]

@@ -13,7 +13,7 @@ import numpy as np
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.effects import known_parameters
-from exidyn.identification.errors import NeedsPayload
+from exidyn.identification.errors import NeedsPayload, RecordingError
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identification import same_robot
 from exidyn.identification.fit.identified import identified
@@ -72,6 +72,18 @@ def read_arm(source: str) -> Model:
     if source.endswith(".mcap"):
         return read_recording(source).model
     return identified(read_fit(source)) if source.endswith(".json") else read_model(source)
+
+
+def single_recording(path: Path, model: Model | None) -> Recording:
+    """The only recording at a path."""
+    recordings = import_source(path, model)
+    if len(recordings) != 1:
+        names = ", ".join(recording.name for recording in recordings)
+        raise RecordingError(
+            f"{path} holds {len(recordings)} recordings: {names or 'none'}; write the intended one to a "
+            "separate file with exidyn import"
+        )
+    return recordings[0]
 
 
 @dataclass

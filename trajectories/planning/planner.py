@@ -8,7 +8,6 @@ import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.model import Model
-from exidyn.identification.text_table import digits
 
 from ..clearances.clearance import nearest_words
 from ..errors import Infeasible, in_words_of
@@ -29,7 +28,7 @@ from ..search.torque_spread import DRAWS
 from ..trajectory import States
 from .goals import identification_goal, typical_states
 from .torque_room import torque_spread
-from .wishes import Wishes, periods_in, periods_of
+from .wishes import ROUNDING, Wishes, beside_periods, periods_of
 
 
 def plan(
@@ -117,7 +116,6 @@ def _plan(
         details={
             **_bodies(wishes),
             **_nearest(run, wishes),
-            "length": _duration_parts(run, series.period),
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(result.value),
@@ -174,14 +172,6 @@ def _criterion(goal: Goal, wishes: Wishes) -> str:
     return f"focus on {' '.join(wishes.in_focus)}" if name == "focus" else name
 
 
-def _duration_parts(run: Run, period: float) -> str:
-    """Duration of the parts of a run [s]."""
-    count = round(run.parts[2].duration / period)
-    periods = f"{count} periods take" if count > 1 else "1 period takes"
-    beside = digits(run.duration - count * period, 2)
-    return f"{periods} {digits(count * period)} s, and rests and leads {beside} s"
-
-
 GUESSED = "guessed on the flange's z axis"
 UNSAFE = "with another center of mass the torque can exceed its limits, so state it with --com"
 """Why a plan for a mass alone is not safe for every payload."""
@@ -211,7 +201,7 @@ def whole_run(
         Infeasible: No phase of the period has feasible leads within the duration.
     """
     reason, tick = "no phase was tried", wishes.tick
-    count = periods_in(wishes, limits, series.period)
+    count = max(int((wishes.seconds - beside_periods(wishes, limits)) / series.period + ROUNDING), 1)
     for repeats, share in product(dict.fromkeys((count, max(count - 1, 1))), SHARES):
         runs: list[Run] = []
         for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)):

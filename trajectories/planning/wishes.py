@@ -105,11 +105,6 @@ def shortest_run(wishes: Wishes, limits: Limits) -> float:
     return beside_periods(wishes, limits) + (wishes.period or SHORTEST * _time_across(limits))
 
 
-def periods_in(wishes: Wishes, limits: Limits, period: float) -> int:
-    """Number of periods that the run has room for; at least one."""
-    return max(int((wishes.seconds - beside_periods(wishes, limits)) / period + ROUNDING), 1)
-
-
 def beside_periods(wishes: Wishes, limits: Limits) -> float:
     """Time that rests and leads take of the run [s]."""
     half = 0.5 * (limits.position_upper - limits.position_lower)

@@ -68,13 +68,7 @@ def random_problem(seed: int) -> tuple[Model, Wishes]:
         start = 0.5 * (lower + upper)
         window = random.uniform(0.2, 0.6) * np.ones(model.robot.dof)
     period = float(random.uniform(5.0, 12.0))
-    wishes = Wishes(
-        harmonics=int(random.integers(3, 6)),
-        period=period,
-        window=window,
-        start=start,
-        rest=0.2,
-    )
+    wishes = Wishes(harmonics=int(random.integers(3, 6)), period=period, window=window, start=start, rest=0.2)
     inside, _ = usable(robot, wishes.margins, window, start)
     wishes = replace(wishes, seconds=shortest_run(wishes, inside))
     if seed % 4 == 0:

@@ -45,7 +45,7 @@ def test_a_payload_of_known_mass_identifies_the_drive_gains(files, tmp_path, cap
     assert "Validated on:     other" in printed
     assert max(map(len, printed.splitlines())) <= 110
     assert "estimate" in progress
-    assert str(out / "report.html") in progress
+    assert "report.html" in progress
     fit = read_fit(out / "fit.json")
     assert fit.runs == ("empty", "loaded")
     error = np.abs(fit.estimate.gain - two_joints.GAIN)

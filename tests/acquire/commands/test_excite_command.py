@@ -174,7 +174,7 @@ def test_a_wrong_wish_is_one_clear_line(robot, capsys, arguments, words):
         ("--kind sweeps --length 9", "--kind sweeps and --length cannot be used together"),
         ("--against rival.toml --kind poses", "--kind poses and --against cannot be used together"),
         ("--joints elbow", "--joints cannot be used with kind 'best'"),
-        ("--iterations 9", "--search and --iterations cannot be used together"),
+        ("--search 9 --iterations 9", "--search and --iterations cannot be used together"),
     ],
 )
 def test_options_that_there_are_not_or_that_would_be_ignored_are_refused(robot, capsys, arguments, words):

@@ -73,7 +73,7 @@ def known_gains(proposal):
 
 
 def said(capsys):
-    return " ".join(capsys.readouterr().out.split())
+    return " ".join("".join(capsys.readouterr()).split())
 
 
 def refused(capsys, *arguments):
@@ -179,7 +179,7 @@ def test_what_is_undecided_is_said_and_the_best_guess_is_written(capsys):
     init("far.csv")
     printed = said(capsys)
     assert "NOT DECIDED: " in printed
-    assert re.search(r"Check first what is not decided \(.*Next: exidyn import far.csv", printed)
+    assert re.search(r"Check first what is not decided \(.*next: exidyn import far.csv", printed)
     for file in ("preset.toml", "robot.toml"):
         assert re.search("^# (unit of position|order of joints)", Path(file).read_text(), re.MULTILINE)
     assert main(["import", "far.csv", "--robot", "robot.toml"]) == 0
@@ -310,7 +310,7 @@ def test_text_in_a_column_is_said(capsys, column, outcome):
     if outcome == "refuses that":
         assert code == REFUSED
         assert "correct the cell, or empty it if nothing was measured" in text
-        assert "Next:" not in text
+        assert "next:" not in text
         assert proposal["refusal"]
     else:
         assert code == 0
