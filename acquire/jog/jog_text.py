@@ -69,7 +69,9 @@ def after(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> str:
     for text in dict.fromkeys(j.text for j in judgements if j.text):
         names = ", ".join(j.name for j in judgements if j.text == text)
         lines += paragraph(text, " " * 4, f"  {names}: ")
-    return "\n".join([*lines, "", *paragraph(f"{summary(robot.joints[travel.joint], judgements)} {LOOK}")])
+    return "\n".join(
+        [*lines, "", *paragraph(f"{summary(robot.joints[travel.joint], judgements, names=False)} {LOOK}")]
+    )
 
 
 def _range(judgement: Judgement) -> str:
@@ -84,17 +86,18 @@ def _number(value: float, judgement: Judgement) -> str:
     return f"{value:.3f}" if judgement.unit == OF_WAY and np.isfinite(value) else digits(value)
 
 
-def summary(joint: str, judgements: Sequence[Judgement]) -> str:
-    """The verdict on the joint in a sentence."""
+def summary(joint: str, judgements: Sequence[Judgement], names: bool = True) -> str:
+    """The verdict on the joint in a sentence, with the names of the judgments or without."""
     named = {v: [judgement.name for judgement in judgements if judgement.verdict is v] for v in Verdict}
+    words = {v: f": {', '.join(named[v])}" if names else "" for v in Verdict}
     if named[Verdict.WRONG]:
-        return f"{joint} is NOT as it should be: {', '.join(named[Verdict.WRONG])}."
+        return f"{joint} is NOT as it should be{words[Verdict.WRONG]}."
     if not named[Verdict.RIGHT]:
         return f"{joint}: nothing can be judged."
     unknown = (
-        f" Not shown by this motion: {', '.join(named[Verdict.UNKNOWN])}." if named[Verdict.UNKNOWN] else ""
+        f" Not shown by this motion{words[Verdict.UNKNOWN]}." if names and named[Verdict.UNKNOWN] else ""
     )
-    return f"{joint} looks right: {', '.join(named[Verdict.RIGHT])}.{unknown}"
+    return f"{joint} looks right{words[Verdict.RIGHT]}.{unknown}"
 
 
 def json_table(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> dict[str, Any]:

@@ -108,7 +108,8 @@ def _range(column: np.ndarray) -> str:
 
 def _course(recording: Recording) -> list[str]:
     """Cycles, events and outcome of a recorded run, as lines; none for an imported recording."""
-    lines = _cycles(recording.timing) if recording.timing is not None else []
+    cycles = _cycles(recording.timing) if recording.timing is not None else []
+    lines = [line for sentence in cycles for line in paragraph(sentence, "  ", "", INDENT)]
     lines += _following(recording)
     lines += _controller(recording.controller) if recording.controller is not None else []
     if recording.events:
@@ -126,10 +127,7 @@ def _cycles(timing: Timing) -> list[str]:
         if np.any(timing.stage == place)
     ]
     cycles = f"{len(timing)} cycles ({', '.join(spent)}), {timing.skipped.sum()} skipped"
-    return [
-        *paragraph(cycles, "  ", "", INDENT),
-        "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late),
-    ]
+    return [cycles, "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late)]
 
 
 def _following(recording: Recording) -> list[str]:

@@ -38,11 +38,13 @@ def text(document: Document) -> str:
 def brief_text(document: Document, room: int) -> str:
     """The short form of the document as text of at most `room` lines, as far as sentences can be left out.
 
-    Tables are shown in full. The first sentence always is; the number of left-out ones is stated.
+    Tables, the first sentence, and what was asked for in addition are shown in full; the number of left-out
+    sentences is stated.
     """
     parts = {place: _lines(b) for place, b in enumerate(document.brief) if not isinstance(b, Statements)}
-    # The title, its rule, the number of left-out sentences, tables, and a blank line between blocks.
-    used = 3 + sum(map(len, parts.values())) + max(len(document.brief) - 1, 0)
+    tables = [place for place, block in enumerate(document.brief) if isinstance(block, Table)]
+    # The title, its rule, the number of left-out sentences, tables, and a blank line before each.
+    used = 3 + sum(1 + len(parts[place]) for place in tables)
     for place, block in enumerate(document.brief):
         if isinstance(block, Statements):
             shown, left_out = _fitting(block, room - used)

@@ -140,7 +140,7 @@ def test_one_that_is_stopped_fails_and_prints_where_to_look(arguments, capsys):
     assert "limit 0.001" in printed.out
     assert "exidyn info run.mcap" in printed.err
     assert main(["info", "run.mcap"]) == 0
-    assert "ended:  STOPPED (brake): " in capsys.readouterr().out
+    assert "ended: STOPPED (brake): " in capsys.readouterr().out
 
 
 RUNS_AWAY = ["--set", "faults=runaway joint2 2 at 0.5; deaf at start; stop fails 3 at start"]

@@ -8,6 +8,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from exidyn.acquire.command_line import REFUSED, main
+from exidyn.acquire.files import given_runs
 from exidyn.identification.effects import JointSpring
 from exidyn.identification.errors import DifferentRobot, RecordingError
 from exidyn.identification.model import Model
@@ -207,11 +208,9 @@ def test_motion_that_repeats_itself_is_a_warning(tmp_path, capsys):
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(arguments, message, files, tmp_path, capsys, monkeypatch):
-    from exidyn.acquire.commands import comparison
-
-    read = comparison.import_source
+    read = given_runs.import_source
     monkeypatch.setattr(
-        comparison, "import_source", lambda path, model: [] if path.is_dir() else read(path, model)
+        given_runs, "import_source", lambda path, model: [] if path.is_dir() else read(path, model)
     )
     names = dict(zip(("sim", "real"), files, strict=True)) | {"case": tmp_path}
     assert against(*(one.format(**names) for one in arguments)) == REFUSED
