@@ -37,7 +37,11 @@ class Result:
         """Print the result, and show its view, as the command line states; return the exit code."""
         if self.page is not None:
             content = self.table if isinstance(self.table, str) else json_text(dict(self.table))
-            hand_over(page_text(self.page, args, len(self.written) + len(self.next)), content, args.json)
+            page = self.page
+            if isinstance(page, Document):
+                room = LINES - len(self.written) - len(self.next)
+                page = text(page) if args.full else brief_text(page, room)
+            hand_over(page, content, args.json)
         if self.written:
             print_written(*self.written)
         print_next(*self.next)
@@ -49,10 +53,3 @@ class Result:
             if args.save:
                 print_written(args.save)
         return self.code
-
-
-def page_text(page: str | Document, args: Namespace, below: int = 0) -> str:
-    """Text of a page: of a document its short form with room for the lines below it, or all with --full."""
-    if isinstance(page, str):
-        return page
-    return text(page) if args.full or not page.brief else brief_text(page, LINES - below)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..document.document import Cell, Document, Marked, Number, Paragraph, Section, Statements, Table
+from ..document.document import Block, Cell, Document, Marked, Number, Paragraph, Section, Statements, Table
 from ..fit.verdict import MISSING, TO_NOISE
 from ..simulation.comparison import NAMES, Comparison, Mismatch, Regions
 from ..text_table import digits, percent
@@ -25,7 +25,11 @@ def compared_document(comparison: Comparison, note: str = "") -> Document:
         Section("joints", "Mismatch by joint, root mean square", [joints]),
         *(_by_region(comparison, mismatch) for mismatch in comparison.mismatch.values()),
     ]
-    brief = [*([Paragraph(note)] if note else []), said, *([] if two_motions(comparison) else [joints])]
+    brief: list[Block] = [
+        *([Paragraph(note)] if note else []),
+        said,
+        *([] if two_motions(comparison) else [joints]),
+    ]
     return Document(f"{comparison.simulated} versus {comparison.recorded}", note, sections, brief=brief)
 
 

@@ -46,7 +46,7 @@ WORST_PAIRS = 12
 def fit_document(fit: Fit) -> Document:
     """The document of a fit."""
     repeated = [] if fit.repeatability is None else [agreement_sentence(fit.repeatability)]
-    brief = [Statements([*repeated, *verdict(fit)]), _brief_table(fit)]
+    brief: list[Block] = [Statements([*repeated, *verdict(fit)]), _brief_table(fit)]
     title = f"Identified dynamics of {fit.model.robot.name}"
     return Document(title, "", fit_sections(fit), _facts(fit), brief)
 

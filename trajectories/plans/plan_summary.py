@@ -74,7 +74,7 @@ def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str
     if beyond:
         return ["Exceeds limits: do not run it.", *(f"BEYOND: {sentence}" for sentence in beyond), *unlimited]
     shares = np.nan_to_num([use.share for use in uses[1:]])
-    most, joint = np.unravel_index(np.argmax(shares), shares.shape)
+    most, joint = map(int, np.unravel_index(np.argmax(shares), shares.shape))
     used = f"at most {percent(shares[most, joint], '')} % of {uses[most + 1].name}, on {plan.joints[joint]}"
     stops = "so does a stop that begins at any sample"
     return [f"Keeps to all known limits ({used}), and {stops}.", *unlimited]
