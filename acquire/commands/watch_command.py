@@ -44,9 +44,8 @@ STEP = 0.05
     "Show what a controller measures, live. Nothing is commanded and no drive is powered.",
     (
         "exidyn watch --controller cell.toml                        # positions in radians",
-        "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
         "exidyn watch --controller cell.toml --length 10 --json -   # one line of JSON per reading",
-        "exidyn watch --controller cell.toml --robot robot.toml --view    # plots, the moving arm",
+        "exidyn watch --controller cell.toml --robot robot.toml --view    # in degrees; plots and the arm",
         "exidyn watch --controller cell.toml --fit fit.json --free free.mcap --view  # contacts",
     ),
     (

@@ -25,11 +25,8 @@ def compared_document(comparison: Comparison, note: str = "") -> Document:
         Section("joints", "Mismatch by joint, root mean square", [joints]),
         *(_by_region(comparison, mismatch) for mismatch in comparison.mismatch.values()),
     ]
-    brief: list[Block] = [
-        *([Paragraph(note)] if note else []),
-        said,
-        *([] if two_motions(comparison) else [joints]),
-    ]
+    brief: list[Block] = [Paragraph(note)] if note else []
+    brief += [said] if two_motions(comparison) else [said, joints]
     return Document(f"{comparison.simulated} versus {comparison.recorded}", note, sections, brief=brief)
 
 

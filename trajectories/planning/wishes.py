@@ -16,8 +16,6 @@ from ..search.setting import Setting
 THERE_AND_BACK = (4.0, 3.0)
 """Default base periods, as multiples of the time that the slowest joint takes across its range: there and
 back at half its speed, which leaves room for faster harmonics, and at two thirds of it."""
-SHORTEST = 1.0
-"""Least base period, as such a multiple: a shorter one leaves the slowest joint half of its range at most."""
 LEADS = 2.0
 """Time for both leads, as a multiple of the time in which the slowest joint reaches its largest velocity with
 half of acceleration and jerk; usual leads begin where the motion is slow, and take half of it."""
@@ -101,8 +99,8 @@ def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
 
 
 def shortest_run(wishes: Wishes, limits: Limits) -> float:
-    """Duration of one period between rests and leads [s]."""
-    return beside_periods(wishes, limits) + (wishes.period or SHORTEST * _time_across(limits))
+    """Duration of one period, in which the slowest joint could cross its range, between rests and leads [s]."""
+    return beside_periods(wishes, limits) + (wishes.period or _time_across(limits))
 
 
 def beside_periods(wishes: Wishes, limits: Limits) -> float:

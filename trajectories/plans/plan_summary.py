@@ -76,8 +76,7 @@ def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str
     shares = np.nan_to_num([use.share for use in uses[1:]])
     most, joint = map(int, np.unravel_index(np.argmax(shares), shares.shape))
     used = f"at most {percent(shares[most, joint], '')} % of {uses[most + 1].name}, on {plan.joints[joint]}"
-    stops = "so does a stop that begins at any sample"
-    return [f"Keeps to all known limits ({used}), and {stops}.", *unlimited]
+    return [f"Keeps to all known limits ({used}), and so does a stop that begins at any sample.", *unlimited]
 
 
 def plan_facts(plan: Plan) -> dict[str, str]:

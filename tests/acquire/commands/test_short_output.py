@@ -39,8 +39,8 @@ compensate exidyn-fit/fit.json"""
 """The tutorial's commands with short searches, and those of its further reading."""
 PROGRESS = re.compile(r"^ +\d+\.\d s  .*\n(?: {10}\S.*\n)*", re.MULTILINE)
 """A sentence of progress, which a terminal shows on one line that is rewritten and removed."""
-ONE_LINE = ("exidyn: ", "0.0 s; ")
-"""Beginnings of warnings and of readings of `watch`, which a pipe gets as one line and a terminal wrapped."""
+ONE_LINE = ("exidyn: ", "0.")
+"""Beginnings of warnings and of readings of `watch`: one line in a pipe, and narrow in a terminal."""
 ELSEWHERE = {"init", "gap"}
 """Commands whose output is long for other reasons: a file to keep, and a simulator."""
 
