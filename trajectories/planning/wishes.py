@@ -99,7 +99,7 @@ def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
 
 
 def shortest_run(wishes: Wishes, limits: Limits) -> float:
-    """Duration of one period, in which the slowest joint could cross its range, between rests and leads [s]."""
+    """Duration of one period, in which every joint could cross its range, between rests and leads [s]."""
     return beside_periods(wishes, limits) + (wishes.period or _time_across(limits))
 
 
