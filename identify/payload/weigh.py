@@ -195,6 +195,7 @@ def _result(
     std = np.sqrt(np.maximum(np.diag(result.covariance)[-n:], 0.0))
     return PayloadEstimate(
         robot=arm.robot.name,
+        frame=arm.robot.flange_name,
         joints=arm.robot.joints,
         body=body,
         intervals=intervals(estimate, covariance, body),
