@@ -15,6 +15,9 @@ from parts.payload.simulated import ARMS, FIT, WAYS, Case, of_case
 
 SEEDS = 12
 """Arms drawn for each payload."""
+BY_LINKS = ["links", "arm known from", "cases", "mass held %", "error / interval", "bias / interval"]
+LINKS = (1.0, 0.3, 2.0)
+"""Errors of the links over their stated tolerance."""
 PROCESSES = 1
 
 
@@ -22,7 +25,8 @@ def cases(quick: bool) -> list[Case]:
     """Payloads on drawn arms; one payload of each arm in a quick run."""
     there = [arm for arm in ARMS if arm.there]
     return [
-        Case(arm, mass, seed)
+        Case(arm, mass, seed, links)
+        for links in LINKS
         for seed in range(1 if quick else SEEDS)  # so that a part of the cases has every arm
         for arm in there
         for mass in (arm.masses[-1:] if quick else arm.masses)
@@ -55,13 +59,32 @@ def main() -> None:
     save(given.json, figures)
 
 
+def as_stated(wanted: list[Case], scores: list[dict[str, Any]]) -> tuple[list[Case], list[dict[str, Any]]]:
+    """Cases, and scores, of links drawn to their tolerance."""
+    pairs = [pair for pair in zip(wanted, scores, strict=True) if pair[0].links == 1.0]
+    return [case for case, _ in pairs], [score for _, score in pairs]
+
+
+def by_links(wanted: list[Case], scores: list[dict[str, Any]]) -> list[list[Any]]:
+    """For links drawn to each multiple of their tolerance: mass held, error and bias over the interval."""
+    rows = []
+    for links in LINKS:
+        drawn = [score for case, score in zip(wanted, scores, strict=True) if case.links == links]
+        for way in WAYS[1:]:
+            over = [score[way]["error_percent"] / score[way]["half_percent"] for score in drawn]
+            rows.append([links, way, len(drawn), share(drawn, way, "mass"), np.std(over), np.mean(over)])
+    return rows
+
+
 def share(scores: list[dict[str, Any]], way: str, what: str) -> float:
     """Share of intervals that hold the truth [%]."""
     return 100.0 * float(np.mean(np.concatenate([score[way][what] for score in scores])))
 
 
 def summary(wanted: list[Case], scores: list[dict[str, Any]]) -> dict[str, Any]:
-    """Figures over all simulated arms."""
+    """Figures over all simulated arms, with links drawn to their tolerance unless stated."""
+    links = by_links(wanted, scores)
+    wanted, scores = as_stated(wanted, scores)
     errors = {way: float(np.median([abs(s[way]["error_percent"]) for s in scores])) for way in WAYS}
     coverage = {
         way: {what: share(scores, way, what) for what in ("mass", "center", "inertia")} for way in WAYS
@@ -77,11 +100,14 @@ def summary(wanted: list[Case], scores: list[dict[str, Any]]) -> dict[str, Any]:
         "check_passed_percent": 100.0 * float(np.mean([s[way]["check"] for s in scores for way in WAYS])),
         "motion_seconds": float(np.median([s[FIT]["seconds"] for s in scores])),
         "cases": len(wanted),
+        "by_links": [dict(zip(BY_LINKS, row, strict=True)) for row in links],
     }
 
 
 def tables(wanted: list[Case], scores: list[dict[str, Any]], real: dict[str, Any]) -> None:
     """Print one row for each arm and way, and one for each real payload and that of the example."""
+    show("simulated payloads, by the errors of the links", BY_LINKS, by_links(wanted, scores))
+    wanted, scores = as_stated(wanted, scores)
     rows = []
     for arm in dict.fromkeys(case.arm.name for case in wanted):
         own = [score for case, score in zip(wanted, scores, strict=True) if case.arm.name == arm]

@@ -1,8 +1,8 @@
 """The library: `import exidyn as ex`.
 
 A run is a `Recording`, the path of a file, a pandas table, or a mapping with the arguments of
-`Recording.from_arrays`. An arm is a `Model`, the name of a built-in arm, or the path of a robot.toml, URDF or
-MJCF.
+`Recording.from_arrays`. An arm is a `Model`, a `pinocchio.Model`, the name of a built-in arm, or the path of
+a robot.toml, URDF or MJCF.
 """
 
 import json
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.files.result_files import read_result
@@ -58,10 +59,13 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.simulation.comparison import Comparison
 from exidyn.identification.simulation.comparison import compare as _compare
 from exidyn.identification.simulation.plant import Transmission
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.limits.usable_limits import Margins
 from exidyn.trajectories.planning.planner import plan as _plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.plans.plan_file import read_plan, write_plan
+from exidyn.trajectories.trajectory import States
 
 __all__ = [
     "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "ExpectedFit", "Fit", "Gap",
@@ -72,11 +76,11 @@ __all__ = [
 
 Run = Any
 """A recording, a path, a pandas table, or a mapping of arrays."""
-Arm = Model | Path | str
+Arm = Model | pin.Model | Path | str
 
 
 def robot(source: Arm) -> Model:
-    """A robot with its effects, by name if it is built in, or from a robot.toml, URDF or MJCF.
+    """Read an arm with its effects: a built-in name, robot.toml, URDF, MJCF or `pinocchio.Model`.
 
     Raises:
         RobotError: The robot or file does not exist or has errors.
@@ -126,33 +130,57 @@ _robot = robot  # its name is an argument below
 def plan(
     robot: Arm,
     *,
+    seconds: float = Wishes.seconds,
+    criterion: str | None = None,
+    fit: Fit | None = None,
+    bodies: Sequence[tuple[tuple[str, float], ...]] = (),
+    focus: Sequence[str] = (),
+    start: np.ndarray | None = None,
+    window: np.ndarray | None = None,
+    margins: Margins = Margins(),  # noqa: B008
+    clearances: Sequence[Clearance] = (),
+    sure: float = Wishes.sure,
+    harmonics: int = Wishes.harmonics,
+    period: float | None = None,
+    tick: float = Wishes.tick,
+    rest: float = Wishes.rest,
     search_seconds: float = 60.0,
     search_iterations: int | None = None,
     seed: int = 0,
-    **wishes: Any,
 ) -> Plan:
     """Plan the most informative trajectory within the limits of the robot.
 
     Args:
         robot: The arm.
+        seconds: Duration of the exciting part, rounded up to full periods [s].
+        criterion: Name of the criterion; by default the condition number, with `bodies` the drive gains, and
+            with `fit` the worst relative standard deviation.
+        fit: Fit of earlier runs.
+        bodies: Known parameters of the payload of each further run, as `known_parameters` gives them.
+        focus: Names, or beginnings of names, of the base parameters to optimize; "gain" for the drive gains.
+        start: Pose at start and end, shape (n,) [rad].
+        window: Largest distance from the start, shape (n,) [rad].
+        margins: Safety margins to the limits.
+        clearances: Collisions and regions.
+        sure: Share of arms, of those that priors or fit allow, that keep to the torque limits.
+        harmonics: Number of harmonics of each joint.
+        period: Base period [s]; several are tried by default.
+        tick: Sampling period of the controller [s].
+        rest: Rest at both ends [s].
         search_seconds: Duration of the search [s].
         search_iterations: Iterations of each start of the search. They replace `search_seconds`, so that a
             slow or busy computer plans the same motion.
         seed: Seed of the search.
-        wishes: Planning options, the fields of `Wishes`: seconds, criterion, harmonics, period, margins,
-            start, tick, clearances.
 
     Raises:
-        UnknownKey: A keyword is not a planning option.
         TrajectoryError: Limits are not stated, or no motion respects all of them.
     """
-    valid = tuple(Wishes.__dataclass_fields__)
-    for name in wishes:
-        if name not in valid:
-            raise UnknownKey(name, "plan: wish", valid)
-    [best] = _plan(
-        _robot(robot), Wishes(**wishes), seconds=search_seconds, iterations=search_iterations, seed=seed
-    )
+    wishes = Wishes(
+        seconds=seconds, criterion=criterion, fit=fit, bodies=bodies, focus=focus, start=start, window=window,
+        margins=margins, clearances=clearances, sure=sure, harmonics=harmonics, period=period, tick=tick,
+        rest=rest,
+    )  # fmt: skip
+    [best] = _plan(_robot(robot), wishes, seconds=search_seconds, iterations=search_iterations, seed=seed)
     return best
 
 
@@ -344,7 +372,7 @@ def expected_fit(
     com: Sequence[float] | None = None,
     seed: int = 0,
 ) -> ExpectedFit:
-    """What planned motions would determine, and how well: a fit of runs on a simulated arm.
+    """State what planned motions would determine, and how well: a fit of runs on a simulated arm.
 
     Args:
         robot: The arm; the simulated one has values off by up to their tolerances.
@@ -494,12 +522,20 @@ def _carrying(run: Recording, mass: float | None, com: Sequence[float] | None) -
 # their methods are bound here.
 
 
-def save(result: Fit | Diagnosis, path: Path | str) -> Path:
-    """Write a fit or a diagnosis as JSON for `ex.load`; returns the path."""
+def save(result: Fit | Diagnosis | Plan, path: Path | str) -> Path:
+    """Write a fit or a diagnosis as JSON for `ex.load`, or a plan for `exidyn record`; returns the path."""
     if isinstance(result, Fit):
         return write_fit(result, path)
+    if isinstance(result, Plan):
+        write_plan(result, path)
+        return Path(path)
     Path(path).write_text(json.dumps(as_json(result), indent=1, allow_nan=False), encoding="utf-8")
     return Path(path)
+
+
+def to_arrays(plan: Plan, tick: float | None = None) -> States:
+    """Time (t,) [s], position, velocity, acceleration and jerk (t, n), every `tick` or `plan.tick` [s]."""
+    return plan.trajectory.every(tick or plan.tick)
 
 
 def verdict(result: Fit | Diagnosis) -> str:
@@ -561,6 +597,7 @@ METHODS: dict[type, dict[str, Any]] = {
         "save": save,
         "report": report,
     },
+    Plan: {"save": save, "to_arrays": to_arrays},
     Feedforward: {"python": python_file, "cpp": cpp_file, "save": save_feedforward},
     Diagnosis: {
         "verdict": property(verdict),

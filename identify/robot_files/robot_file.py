@@ -23,7 +23,7 @@ from .kinematics import Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_keys import KEYS
 from .robot_text import FORMAT, RIGID_BODY, model_text, urdf_text
-from .urdf import read_choice, read_held
+from .urdf import pinocchio_kinematics, read_choice, read_held
 
 __all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
 
@@ -48,14 +48,14 @@ def builtin_names() -> list[str]:
 
 
 def read_model(
-    source: str | Path,
+    source: str | Path | pin.Model,
     joints: Sequence[str] | None = None,
     held: Held = MappingProxyType({}),
 ) -> Model:
     """Model from a robot.toml, from a .urdf, .xacro or MJCF, or from the name of a built-in robot.
 
     Args:
-        source: Path of the file, or name of the robot.
+        source: Path of the file, name of the robot, or a Pinocchio model, which then is the description.
         joints: Joints of a .urdf, .xacro or MJCF that move; the others are held. None: all except `held`.
         held: Joints of a .urdf, .xacro or MJCF that are held away from zero, and their positions [rad, m].
 
@@ -65,6 +65,8 @@ def read_model(
     Raises:
         RobotError: The robot or file does not exist, or is wrong.
     """
+    if isinstance(source, pin.Model):
+        return described_model(source.name, pinocchio_kinematics(source))
     if str(source) in builtin_names():
         return parse_model(
             resources.files(__package__).joinpath("robots", f"{source}.toml").read_text("utf-8")

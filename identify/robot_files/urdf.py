@@ -68,6 +68,20 @@ def parse_urdf(
     return Kinematics(model, described, *_flange(model, root), doubts=doubts, held=dict(held))
 
 
+def pinocchio_kinematics(model: pin.Model) -> Kinematics:
+    """Kinematics of a Pinocchio model; limits of zero, and those beyond `FAR`, are infinite."""
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    bounded = (lower < upper) & (np.abs([lower, upper]).max(axis=0) < FAR)
+    position = np.where(bounded, lower, -np.inf), np.where(bounded, upper, np.inf)
+    velocity, effort = (
+        np.where((limit > 0.0) & (limit < FAR), limit, np.inf)
+        for limit in (model.velocityLimit, model.effortLimit)
+    )
+    unlimited = np.full(model.nv, np.inf)
+    limits = Limits(*position, velocity, unlimited, unlimited, effort)
+    return Kinematics(model, limits, *_flange(model, ElementTree.Element("robot")))
+
+
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
     """Joints of a URDF that are not fixed: joints that a model can have, and joints that have to be held."""
     free: list[str] = []

@@ -67,7 +67,7 @@ def test_an_axis_of_any_length_is_a_direction():
 
 @pytest.mark.parametrize(("name", "own"), [("arm_tool0", True), ("fr3_link8", True), ("panda_tcp", False)])
 def test_the_flange_is_that_of_the_controller_or_a_free_link(name, own):
-    """A tool on the controller's own flange does not hide it; a link that only carries a tool is no flange."""
+    """A tool on the controller's own flange does not hide it; another link with a tool is no flange."""
     fixed = link(name) + joint("mount", "lower", name, "fixed", '<origin xyz="0.1 0.2 0.3"/>')
     found = parse_urdf(robot(LINKS + JOINTS + fixed))
     np.testing.assert_allclose(found.flange.translation, [0.1, 0.2, 0.3])
