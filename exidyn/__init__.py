@@ -21,7 +21,6 @@ Functions:
     compare      Compare two recordings of the same motion, by joint and by region of the motion.
     report       Write a fit or a diagnosis as one HTML page and return its path.
     load         Read a saved result: fit.json, diagnosis.json or the JSON of a comparison.
-    read_fit     Read a fit that `Fit.save` or `exidyn identify` has written.
 
 The names of `exidyn.api` are imported on first use, so that `exidyn --help` does not load Pinocchio.
 """

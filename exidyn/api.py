@@ -38,8 +38,7 @@ from exidyn.identification.feedforward.feedforward import Feedforward, make_feed
 from exidyn.identification.feedforward.python_file import python_file
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
-from exidyn.identification.fit.fit_file import read_fit as _read_fit
-from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.fit.identification import identify as _identify
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.fit.verdict import verdict as fit_verdict
@@ -70,7 +69,7 @@ from exidyn.trajectories.trajectory import States
 __all__ = [
     "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "ExpectedFit", "Fit", "Gap",
     "Model", "Observer", "PayloadEstimate", "Plan", "Recording", "compare", "contact", "diagnose",
-    "expected_fit", "gap", "identify", "load", "payload", "plan", "read", "read_all", "read_fit", "report",
+    "expected_fit", "gap", "identify", "load", "payload", "plan", "read", "read_all", "report",
     "robot", "simulate",
 ]  # fmt: skip
 
@@ -156,13 +155,13 @@ def plan(
         criterion: Name of the criterion; by default the condition number, with `bodies` the drive gains, and
             with `fit` the worst relative standard deviation.
         fit: Fit of earlier runs.
-        bodies: Known parameters of the payload of each further run, as `known_parameters` gives them.
+        bodies: Known parameters of the payload of each further run, from `known_parameters`.
         focus: Names, or beginnings of names, of the base parameters to optimize; "gain" for the drive gains.
         start: Pose at start and end, shape (n,) [rad].
         window: Largest distance from the start, shape (n,) [rad].
         margins: Safety margins to the limits.
         clearances: Collisions and regions.
-        sure: Share of arms, of those that priors or fit allow, that keep to the torque limits.
+        sure: Share of the likely arms that keep to the torque limits [-].
         harmonics: Number of harmonics of each joint.
         period: Base period [s]; several are tried by default.
         tick: Sampling period of the controller [s].
@@ -252,15 +251,6 @@ def identify(
     )
 
 
-def read_fit(path: Path | str) -> Fit:
-    """Read a fit that `Fit.save` or `exidyn identify` has written.
-
-    Raises:
-        NotAFile: The file does not exist or is not a fit.
-    """
-    return _read_fit(path)
-
-
 def payload(
     runs: Run | Sequence[Run],
     fit: Fit | Path | str | None = None,
@@ -278,7 +268,8 @@ def payload(
         empty: Runs without the payload; without a fit, the payload is the difference.
         robot: The arm, which replaces the arm inside the recordings; required for arrays and tables without
             a fit. With neither fit nor empty runs, its tolerances make the intervals wide.
-        com: Center of mass in the flange frame if it is known, shape (3,) [m].
+        com: Center of mass in the flange frame if it is known, shape (3,) [m]. An arm of one or two joints
+            does not determine mass and center both.
         filtering: Filters; unset values are chosen from the data.
         as_recorded: Whether to skip the check of columns, units and signs.
 
@@ -291,7 +282,7 @@ def payload(
     Raises:
         ExidynError: The runs cannot be used; the message gives the reason.
     """
-    fitted = _read_fit(fit) if isinstance(fit, Path | str) else fit
+    fitted = read_fit(fit) if isinstance(fit, Path | str) else fit
     arm = fitted.model if robot is None and fitted is not None else robot
     return _weigh(
         _runs(runs, arm),
@@ -459,7 +450,8 @@ def contact(
         fit: The fit, or the path of its file.
         run: The run.
         free: Runs without contact that the fit has not used, for the threshold.
-        payload: Name of the payload on the flange, "" for none; by default that of the recording.
+        payload: Name of the payload on the flange, "" for none; by default that of the recording. The weight
+            of a payload that is not named is an external force.
         alarms_per_hour: Accepted false alarms [1/h].
         bandwidth: Bandwidth of the observer [Hz].
 
@@ -471,7 +463,7 @@ def contact(
     Raises:
         ExidynError: The runs cannot be used; the message gives the reason.
     """
-    result = fit if isinstance(fit, Fit) else _read_fit(fit)
+    result = fit if isinstance(fit, Fit) else read_fit(fit)
     others = _runs(free, result.model)
     return _contact(result, read(run, result.model), others, payload, alarms_per_hour, bandwidth)
 

@@ -61,7 +61,7 @@ def posterior(rows: Rows, known: Known) -> Posterior:
     measured = equations.gain * equations.current - equations.known
     n = measured.shape[1]
     z, noise = np.zeros(len(known.mean)), np.sqrt(np.mean(measured**2, axis=0))  # until the first fit
-    slow, share = np.ones(n), _share(columns, equations.weight / noise, known)
+    slow, share = np.ones(n), _share(columns, equations.weight / noise, rows.arm)
     for iteration in range(ITERATIONS):
         values, slope = _unscaled(z, known, share)
         jacobian = _jacobian(columns, values, n)
@@ -103,14 +103,11 @@ def _step(whitened: np.ndarray, residual: np.ndarray, weight: np.ndarray, z: np.
     return np.asarray(np.linalg.solve(scaled, (rows.T @ right - z) / size) / size)
 
 
-def _share(columns: np.ndarray, weight: np.ndarray, known: Known) -> np.ndarray:
-    """Share of each joint in the information on the unknowns whose prior is scaled, shape (k, n)."""
-    n = weight.shape[1]
-    size = np.einsum("rnk,rn->kn", columns**2, weight**2)
+def _share(columns: np.ndarray, weight: np.ndarray, arm: int) -> np.ndarray:
+    """Share of each joint in the information on each unknown, shape (k, n); zero except for the arm's."""
+    size = np.einsum("rnk,rn->kn", columns[:, :, :arm] ** 2, weight**2)
     share = size / np.maximum(np.sum(size, axis=1, keepdims=True), np.finfo(float).tiny)
-    scaled = np.zeros((len(known.mean), n))
-    scaled[known.counted] = share[known.counted]
-    return scaled
+    return np.pad(share, ((0, columns.shape[2] + weight.shape[1] - arm), (0, 0)))
 
 
 def _unscaled(z: np.ndarray, known: Known, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -149,18 +149,10 @@ def payload_plan(
     iterations: int | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Plan:
-    """Plan the motion that identifies a payload best.
+    """Plan the motion that identifies a payload best, with the search options of `planner.plan`.
 
-    Args:
-        model: Nominal model of the arm; that of `wishes.fit`, if there is one.
-        payloads: Payloads that the motion must allow.
-        wishes: Planning options; `seconds` is the duration of the entire motion.
-        poses: Whether to rest at poses instead: mass and center only, for arms that must be slow.
-        starts: Number of starts of the search.
-        seed: Seed of the first start.
-        seconds: Duration of the search [s].
-        iterations: Iterations of each start, which replace the duration.
-        progress: Called with sentences on the progress.
+    The wished duration is that of the entire motion. With `poses`, the arm rests at poses instead, for arms
+    that must be slow: they show mass and center only.
 
     Raises:
         BadLimits: Limits are missing, or no joint can move within them.
