@@ -64,7 +64,6 @@ from exidyn.trajectories.planning.planner import plan as _plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_file import read_plan, write_plan
-from exidyn.trajectories.trajectory import States
 
 __all__ = [
     "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "ExpectedFit", "Fit", "Gap",
@@ -127,26 +126,13 @@ _robot = robot  # its name is an argument below
 
 
 def plan(
-    robot: Arm,
-    *,
-    seconds: float = Wishes.seconds,
-    criterion: str | None = None,
-    fit: Fit | None = None,
-    bodies: Sequence[tuple[tuple[str, float], ...]] = (),
-    focus: Sequence[str] = (),
-    start: np.ndarray | None = None,
-    window: np.ndarray | None = None,
-    margins: Margins = Margins(),  # noqa: B008
-    clearances: Sequence[Clearance] = (),
-    sure: float = Wishes.sure,
-    harmonics: int = Wishes.harmonics,
-    period: float | None = None,
-    tick: float = Wishes.tick,
-    rest: float = Wishes.rest,
-    search_seconds: float = 60.0,
-    search_iterations: int | None = None,
-    seed: int = 0,
-) -> Plan:
+    robot: Arm, *, seconds: float = Wishes.seconds, criterion: str | None = None, fit: Fit | None = None,
+    bodies: Sequence[tuple[tuple[str, float], ...]] = (), focus: Sequence[str] = (),
+    start: np.ndarray | None = None, window: np.ndarray | None = None, margins: Margins = Margins(),  # noqa: B008
+    clearances: Sequence[Clearance] = (), sure: float = Wishes.sure, harmonics: int = Wishes.harmonics,
+    period: float | None = None, tick: float = Wishes.tick, rest: float = Wishes.rest,
+    search_seconds: float = 60.0, search_iterations: int | None = None, seed: int = 0,
+) -> Plan:  # fmt: skip
     """Plan the most informative trajectory within the limits of the robot.
 
     Args:
@@ -519,15 +505,9 @@ def save(result: Fit | Diagnosis | Plan, path: Path | str) -> Path:
     if isinstance(result, Fit):
         return write_fit(result, path)
     if isinstance(result, Plan):
-        write_plan(result, path)
-        return Path(path)
+        return write_plan(result, path)
     Path(path).write_text(json.dumps(as_json(result), indent=1, allow_nan=False), encoding="utf-8")
     return Path(path)
-
-
-def to_arrays(plan: Plan, tick: float | None = None) -> States:
-    """Time (t,) [s], position, velocity, acceleration and jerk (t, n), every `tick` or `plan.tick` [s]."""
-    return plan.trajectory.every(tick or plan.tick)
 
 
 def verdict(result: Fit | Diagnosis) -> str:
@@ -589,7 +569,7 @@ METHODS: dict[type, dict[str, Any]] = {
         "save": save,
         "report": report,
     },
-    Plan: {"save": save, "to_arrays": to_arrays},
+    Plan: {"save": save},
     Feedforward: {"python": python_file, "cpp": cpp_file, "save": save_feedforward},
     Diagnosis: {
         "verdict": property(verdict),

@@ -55,10 +55,6 @@ class Known:
 def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b + n,) and covariance (b + n, b + n) of base parameters and relative errors of gains.
 
-    Args:
-        fit: Fit of the arm.
-        rows: Equations of the runs.
-
     Raises:
         FitError: Drive gains are unknown.
     """

@@ -90,7 +90,8 @@ def _weigh(
     progress(StageText("estimate", "estimate the payload"))
     rows, result, known = _estimated(tooled, base, prepared, fit, com)
     progress(StageText("check", "predict two poses that were left out"))
-    checked = check_poses(rows, known, _positions(prepared), result)
+    position = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
+    checked = check_poses(rows, known, np.concatenate(position), result)
     return _result(arm, result, checked, runs, empty, fit, warnings, recordings)
 
 
@@ -154,12 +155,6 @@ def _estimated(
             break
         model = base.applied_to(model, result.values[: rows.payload.stop])
     return rows, result, known
-
-
-def _positions(prepared: Sequence[Prepared]) -> np.ndarray:
-    """Joint positions at the rows, shape (r, n) [rad]."""
-    parts = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
-    return np.concatenate(parts)
 
 
 def _result(

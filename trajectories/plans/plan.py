@@ -46,10 +46,13 @@ class Plan(InNotebook):
     # Whether it was read from a file without a checksum, which a person wrote or changed.
     edited: bool = False
 
-    if TYPE_CHECKING:  # `exidyn.api` binds these functions of the layers above
+    if TYPE_CHECKING:  # `exidyn.api` binds it
 
         def save(self, path: Path | str) -> Path: ...
-        def to_arrays(self, tick: float | None = None) -> States: ...
+
+    def to_arrays(self, tick: float | None = None) -> States:
+        """Time (t,) [s], position, velocity, acceleration and jerk (t, n), every `tick` or `self.tick`."""
+        return self.trajectory.every(tick or self.tick)
 
     def __post_init__(self) -> None:
         n = self.trajectory.dof

@@ -20,12 +20,7 @@ from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
 from exidyn.identification.payload.body import Body
 from exidyn.identification.payload.known import ALIKE
-from exidyn.identification.payload.payload_estimate import (
-    DESCRIPTION,
-    DIFFERENCE,
-    FIT,
-    PayloadEstimate,
-)
+from exidyn.identification.payload.payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from exidyn.identification.payload.weigh import weigh
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 from exidyn.identification.robot_files.robot_file import read_model

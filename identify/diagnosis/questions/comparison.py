@@ -66,11 +66,6 @@ def by_blocks(prediction: Prediction, answer: Answer, other: Answer) -> float:
 
     Each block shows how much of the difference between the two it contains: all of it if the first is right,
     none if the other is. Joints that see neither do not count.
-
-    Args:
-        prediction: Prediction without either effect.
-        answer: First answer.
-        other: Second answer.
     """
     first, second = predicted_change(prediction, answer), predicted_change(prediction, other)
     difference = (first - second) * prediction.rows.weight
