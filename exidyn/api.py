@@ -9,7 +9,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -74,7 +74,7 @@ __all__ = [
 
 Run = Any
 """A recording, a path, a pandas table, or a mapping of arrays."""
-Arm = Model | pin.Model | Path | str
+Arm: TypeAlias = Model | pin.Model | Path | str
 
 
 def robot(source: Arm) -> Model:
