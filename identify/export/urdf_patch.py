@@ -151,7 +151,7 @@ class _Link:
 
     def write(self, numbers: np.ndarray, edits: Edits) -> None:
         """Write its ten numbers."""
-        elements = [(f"i{axes}", number_words([x])) for axes, x in zip(PLACES, numbers[4:], strict=True)]
+        elements = zip((f"i{axes}" for axes in PLACES), number_words(numbers[4:]).split(), strict=True)
         parts = {
             "origin": {"xyz": number_words(numbers[1:4])}, "mass": {"value": number_words(numbers[:1])},
             "inertia": dict(elements),

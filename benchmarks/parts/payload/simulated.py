@@ -1,10 +1,10 @@
 """A drawn arm with a drawn payload: recorded, weighed in three ways, and compared with the truth.
 
-The arm differs from its description in every link, gain and friction by draws of their tolerances, of which
-links and gains share the part that exidyn assumes; links by a multiple of it, too. Its gears have friction
-under load that no model here has. The runs of the fit are of one day. On the day of the
-run with the payload and the run beside it without, friction differs by 15 % and drive gains, which depend on
-temperature, by 1.5 %. Half of the current noise lasts for 50 ms, and currents are quantized.
+The arm differs from its description in every link, gain and friction by draws of their tolerances. Part of the
+errors of links and of gains is common, as exidyn assumes; those of the links may be a multiple of it.
+Its gears have friction under load that no model here has. The runs of the fit are of another day, on which
+friction differs by 15 %, and drive gains, which depend on temperature, by 1.5 %. Half of the current noise
+lasts for 50 ms, and currents are quantized.
 """
 
 from dataclasses import dataclass, replace
@@ -218,19 +218,19 @@ def estimates(case: Case) -> tuple[Body, dict[str, PayloadEstimate]]:
     random = np.random.default_rng([case.seed, round(1000 * case.mass)])
     arm, nominal = case.arm, case.arm.model()
     drawn, body = drawn_arm(random, nominal, case.links), drawn_body(random, case.mass, case.arm.size)
-    later, seed = on_another_day(drawn, random), 4 * case.seed
-    loaded = recorded(arm, later, body, LOADED, seed, random)
+    before, seed = on_another_day(drawn, random), 4 * case.seed
+    loaded = recorded(arm, drawn, body, LOADED, seed, random)
     found: dict[str, PayloadEstimate] = {}
     if FIT in ways:
-        fitted = [recorded(arm, drawn, None, EMPTY, seed + 1, random)]
+        fitted = [recorded(arm, before, None, EMPTY, seed + 1, random)]
         if not arm.measures_torque:  # the gains come from a payload of which the mass is known
             mass = max(arm.masses) * REFERENCE
             weight = drawn_body(random, mass, arm.size)
             known = KnownPayload("W", known_parameters(mass))
-            run = recorded(arm, drawn, weight, EMPTY, seed + 2, random)
+            run = recorded(arm, before, weight, EMPTY, seed + 2, random)
             fitted.append(replace(run, payload=known))
         found[FIT] = weigh([loaded], fit=identify(fitted, as_recorded=True), as_recorded=True)
-    empty = recorded(arm, later, None, EMPTY, seed + 3, random)
+    empty = recorded(arm, drawn, None, EMPTY, seed + 3, random)
     found[DIFFERENCE] = weigh([loaded], empty=[empty], as_recorded=True)
     found[DESCRIPTION] = weigh([loaded], model=nominal, as_recorded=True)
     return body, found
