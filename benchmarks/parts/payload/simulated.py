@@ -1,7 +1,7 @@
 """A drawn arm with a drawn payload: recorded, weighed in three ways, and compared with the truth.
 
-The arm differs from its description in every link, gain and friction by draws of their tolerances. Part of the
-errors of links and of gains is common, as exidyn assumes; those of the links may be a multiple of it.
+The arm differs from its description in every link, gain and friction by draws of their tolerances. Part of
+the errors of links and of gains is common, as exidyn assumes; those of the links may be a multiple of it.
 Its gears have friction under load that no model here has. The runs of the fit are of another day, on which
 friction differs by 15 %, and drive gains, which depend on temperature, by 1.5 %. Half of the current noise
 lasts for 50 ms, and currents are quantized.
