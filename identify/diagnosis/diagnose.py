@@ -49,15 +49,9 @@ def diagnose(
     progress: Callable[[str], None] = lambda _: None,
     as_recorded: bool = False,
 ) -> Diagnosis:
-    """Find the physics that a model lacks.
+    """Find the physics that a model lacks, whose unstated parameters are fitted freely.
 
-    Args:
-        model: Nominal model with tolerances; unstated parameters are fitted freely.
-        recordings: Role and recording of each run; runs with the role "validate" are only predicted.
-        name: Name of the diagnosis; the name of the robot by default.
-        filtering: Filters; unset values are chosen from the data.
-        progress: Function that is called with a sentence at each stage.
-        as_recorded: Whether columns, units and signs are used as stated, without a check.
+    Each recording has a role; those with the role "validate" are only predicted.
 
     Raises:
         DifferentRobot: A run belongs to another robot.

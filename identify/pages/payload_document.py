@@ -64,20 +64,22 @@ def payload_document(result: PayloadEstimate, formats: Sequence[str] = ()) -> Do
         f"{runs} of {result.seconds:.0f} s with the payload; the arm is known from {SOURCES[result.source]}"
     )
     said, values = Statements(verdict(result), "verdict"), _values(result)
-    forms: list[Block] = [
-        block for name in formats for block in (Paragraph(f"{name}: {_title(name)}"), Code(result.text(name)))
-    ]
+    forms = [block for name in formats for block in _form(result, name)]
     sections = [
         Section("verdict", "Result", [said]),
-        Section("values", "Payload in the flange frame", [values]),
+        Section("values", f"Payload in frame {result.frame}", [values]),
         Section("check", "Check in poses that were not used", _check(result)),
         Section("forms", "Forms of controllers", forms),
     ]
     return Document(f"Payload of {result.robot}", note, sections, brief=[said, values, *forms])
 
 
-def _title(name: str) -> str:
-    return (FORMATS[name].__doc__ or "").partition("\n")[0]
+def _form(result: PayloadEstimate, name: str) -> list[Block]:
+    """The payload as a controller takes it, or why it cannot be written."""
+    if obstacle := result.obstacle(name):
+        return [Paragraph(obstacle)]
+    title = (FORMATS[name].__doc__ or "").partition("\n")[0]
+    return [Paragraph(f"{name}: {title}"), Code(result.text(name))]
 
 
 def verdict(result: PayloadEstimate) -> list[str]:
@@ -86,7 +88,7 @@ def verdict(result: PayloadEstimate) -> list[str]:
     center = ", ".join(fixed(1e3 * value, 0) for value in result.body.center)
     sentences = [
         f"The payload weighs {digits(result.mass.value)} kg (95 %: {low} to {high} kg), with its center of "
-        f"mass at ({center}) mm."
+        f"mass at ({center}) mm in frame {result.frame}."
     ]
     if result.mass.low <= 0.0:
         sentences.append("The mass may be zero, so the center of mass and the inertia are not to be used.")
@@ -180,7 +182,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "empty": result.empty,
         "seconds": result.seconds,
         "arm_known_from": result.source,
-        "frame": "flange of the robot description; inertia about the center of mass, along the flange axes",
+        "frame": result.frame,
         "mass": _interval(result.mass, result.certain.mass),
         "center": dict(zip(names, map(_interval, result.center, result.certain.center), strict=True)),
         "inertia": dict(
@@ -202,7 +204,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "gain_std": result.gain_std,
         "residual": np.asarray(result.noise),
         "warnings": result.warnings,
-        "forms": {name: result.text(name) for name in formats or FORMATS},
+        "forms": {name: result.text(name) for name in formats or FORMATS if not result.obstacle(name)},
     }
 
 

@@ -52,10 +52,6 @@ def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
     Findings are added, replaced and removed until no step makes the fitted blocks more probable. Then
     held-out runs judge the torque that the findings predict, and the search continues without those that they
     contradict.
-
-    Args:
-        problem: Problem to search.
-        start: Result with other priors, whose findings are the first ones.
     """
     without_findings = problem.without_findings
     shapes: Shapes = start.shapes if start else {}
