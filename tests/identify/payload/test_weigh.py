@@ -149,7 +149,8 @@ def test_runs_that_weigh_nothing_are_refused():
 
 def test_no_form_is_written_for_another_frame_or_for_a_mass_that_may_be_zero(by_fit) -> None:
     tcp = replace(by_fit, frame="panda_hand_tcp")
-    assert "franka: no form, since the payload is in frame panda_hand_tcp" in text(payload_document(tcp, ["franka"]))
+    page = text(payload_document(tcp, ["franka"]))
+    assert "franka: no form, since the payload is in frame panda_hand_tcp" in page
     assert set(payload_table(tcp)["forms"]) == {"urdf", "mjcf"}
     assert "in frame panda_hand_tcp" in tcp.text("mjcf")
     own = replace(by_fit, frame="fr3_link8")
