@@ -26,14 +26,8 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def write_pages(path: Path, figures: dict[str, Any], answers: Sequence[Answer]) -> None:
     """Write the page."""
-    parts = [
-        INTRODUCTION,
-        summary(figures, answers),
-        known_section(answers),
-        sets_section(answers),
-        SIMULATED,
-    ]
-    path.write_text("\n".join([*parts, SIMULATED]), encoding="utf-8")
+    parts = [INTRODUCTION, summary(figures, answers), recordings(answers), SIMULATED]
+    path.write_text("\n".join(parts), encoding="utf-8")
     print(f"\npage in {path}")
 
 
@@ -50,7 +44,7 @@ def summary(figures: dict[str, Any], answers: Sequence[Answer]) -> str:
         *[["EMPS, position", worse_position(one["open_loop"])] for one in answers if one["open_loop"]],
     ]
     each = [row_of(one) for one in answers]
-    header = ["set", "known, named", "size off", "false", "unverified", "again, nothing named"]
+    header = ["set", "known, named", "known, missed", "false", "unverified", "again, nothing named"]
     return f"{table(['all sets', ''], rows)}\n{table(header, each)}"
 
 
@@ -61,39 +55,25 @@ def fixed_words(figures: dict[str, Any]) -> str:
 
 
 def row_of(one: Answer) -> list[str]:
-    """A set in numbers."""
+    """A set: names of known effects, and numbers."""
     verdicts = [name["verdict"] for name in one["named"]]
-    asked = [known["named"] for known in one["known"] if known["expected"]]
-    off = sum(known.get("right") is False for known in one["known"])
     again = "not asked" if not one["again"] else "yes" if fixed(one) else "no"
-    numbers = [off, verdicts.count("false"), verdicts.count("unverified")]
-    return [CASES[one["case"]].title, f"{sum(asked)} of {len(asked)}", *map(str, numbers), again]
+    numbers = map(str, (verdicts.count("false"), verdicts.count("unverified")))
+    return [CASES[one["case"]].title, *known_words(one["known"]), *numbers, again]
 
 
-def known_section(answers: Sequence[Answer]) -> str:
-    """Known effects of each set, with those of one joint in a row."""
-    rows: dict[tuple[str, str], list[dict[str, Any]]] = {}
-    for one in answers:
-        for known in one["known"]:
-            if known["expected"]:
-                rows.setdefault((CASES[one["case"]].title, title(known)), []).append(known)
-    lines = [[*key, known[0]["how"], named_words(known)] for key, known in rows.items()]
-    return f"## Known effects\n\n{table(['set', 'effect', 'known by', 'named'], lines)}"
+def known_words(known: Sequence[dict[str, Any]]) -> list[str]:
+    """Known effects that are named, and those that are missed."""
+    words: tuple[list[str], list[str]] = ([], [])
+    for effect in known:
+        if effect["expected"]:
+            off = ", **size off**" if effect["named"] and effect["right"] is False else ""
+            words[not effect["named"]].append(title(effect) + off)
+    return ["; ".join(part) for part in words]
 
 
-def named_words(known: Sequence[dict[str, Any]]) -> str:
-    """How many of the effects are named, and of how many the size is off."""
-    named, off = (sum(map(bool, part)) for part in zip(*map(_named_and_off, known), strict=True))
-    words = "yes" if len(known) == 1 else f"{named} of {len(known)}"
-    return (words if named else "**missed**") + (", **size off**" if off else "")
-
-
-def _named_and_off(known: dict[str, Any]) -> tuple[bool, bool]:
-    return known["named"], known["named"] and known["right"] is False
-
-
-def sets_section(answers: Sequence[Answer]) -> str:
+def recordings(answers: Sequence[Answer]) -> str:
     """Machine and recordings of each set."""
     titles = [CASES[one["case"]].title for one in answers]
-    rows = [[name, SETS[name]] for name in titles if name in SETS]
-    return f"## Recordings\n\n{table(['set', 'machine and recordings'], rows)}"
+    lines = [f"* **{name}**: {SETS[name]}\n" for name in titles if name in SETS]
+    return f"## Recordings\n\n{''.join(lines)}"
