@@ -2,10 +2,25 @@
 
     import exidyn as ex
 
-    log = ex.read("run.mcap")
-    fit = ex.identify(log)
-    print(fit)
-    ex.report(fit, "report.html")
+    fit = ex.identify("run.mcap", robot="arm.urdf")
+    print(fit.verdict)
+
+Functions:
+
+    robot        Read an arm with its effects: a built-in name, robot.toml, URDF, MJCF or `pinocchio.Model`.
+    read         Read one recording, written by exidyn or by other tools.
+    read_all     Read all runs of a file or folder; see `read`.
+    plan         Plan the most informative trajectory within the limits of the robot.
+    expected_fit State what planned motions would determine, and how well: a fit of runs on a simulated arm.
+    simulate     Simulate a plan in closed loop: the arm with all its effects, typical drives and sensors.
+    identify     Identify the base parameters of an arm, and its drive gains if a run has a known payload.
+    payload      Identify the payload on the flange: mass, center of mass and inertia with 95 % intervals.
+    diagnose     Find the physics that the model lacks, with evidence and alternatives; see `identify`.
+    contact      Estimate external torques along a run, and find contacts.
+    gap          Improve a MuJoCo model: servos and delays, numbers of the file, and missing effects.
+    compare      Compare two recordings of the same motion, by joint and by region of the motion.
+    report       Write a fit or a diagnosis as one HTML page and return its path.
+    load         Read a saved result: fit.json, diagnosis.json or the JSON of a comparison.
 
 The names of `exidyn.api` are imported on first use, so that `exidyn --help` does not load Pinocchio.
 """
@@ -34,6 +49,8 @@ if not Path(__file__).with_name("identification").exists():
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__all__":
+        return __dir__()
     if name.startswith("_"):  # special names, which Python itself looks up
         raise AttributeError(name)
     if name not in __dir__():

@@ -1,17 +1,18 @@
 """The library: `import exidyn as ex`.
 
 A run is a `Recording`, the path of a file, a pandas table, or a mapping with the arguments of
-`Recording.from_arrays`. An arm is a `Model`, the name of a built-in arm, or the path of a robot.toml, URDF or
-MJCF.
+`Recording.from_arrays`. An arm is a `Model`, a `pinocchio.Model`, the name of a built-in arm, or the path of
+a robot.toml, URDF or MJCF.
 """
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+import pinocchio as pin
 
 from exidyn.acquire.files.given_runs import distinct_bodies
 from exidyn.acquire.files.result_files import read_result
@@ -37,8 +38,7 @@ from exidyn.identification.feedforward.feedforward import Feedforward, make_feed
 from exidyn.identification.feedforward.python_file import python_file
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
-from exidyn.identification.fit.fit_file import read_fit as _read_fit
-from exidyn.identification.fit.fit_file import write_fit
+from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.fit.identification import identify as _identify
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.fit.verdict import verdict as fit_verdict
@@ -58,25 +58,27 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.simulation.comparison import Comparison
 from exidyn.identification.simulation.comparison import compare as _compare
 from exidyn.identification.simulation.plant import Transmission
+from exidyn.trajectories.clearances.clearance import Clearance
+from exidyn.trajectories.limits.usable_limits import Margins
 from exidyn.trajectories.planning.planner import plan as _plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_file import read_plan
+from exidyn.trajectories.plans.plan_file import read_plan, write_plan
 
 __all__ = [
     "EFFECTS", "ESTIMATORS", "FORMATS", "Comparison", "Contact", "Diagnosis", "ExpectedFit", "Fit", "Gap",
     "Model", "Observer", "PayloadEstimate", "Plan", "Recording", "compare", "contact", "diagnose",
-    "expected_fit", "gap", "identify", "load", "payload", "plan", "read", "read_all", "read_fit", "report",
+    "expected_fit", "gap", "identify", "load", "payload", "plan", "read", "read_all", "report",
     "robot", "simulate",
 ]  # fmt: skip
 
 Run = Any
 """A recording, a path, a pandas table, or a mapping of arrays."""
-Arm = Model | Path | str
+Arm: TypeAlias = Model | pin.Model | Path | str
 
 
 def robot(source: Arm) -> Model:
-    """A robot with its effects, by name if it is built in, or from a robot.toml, URDF or MJCF.
+    """Read an arm with its effects: a built-in name, robot.toml, URDF, MJCF or `pinocchio.Model`.
 
     Raises:
         RobotError: The robot or file does not exist or has errors.
@@ -124,35 +126,46 @@ _robot = robot  # its name is an argument below
 
 
 def plan(
-    robot: Arm,
-    *,
-    search_seconds: float = 60.0,
-    search_iterations: int | None = None,
-    seed: int = 0,
-    **wishes: Any,
-) -> Plan:
+    robot: Arm, *, seconds: float = Wishes.seconds, criterion: str | None = None, fit: Fit | None = None,
+    bodies: Sequence[tuple[tuple[str, float], ...]] = (), focus: Sequence[str] = (),
+    start: np.ndarray | None = None, window: np.ndarray | None = None, margins: Margins = Margins(),  # noqa: B008
+    clearances: Sequence[Clearance] = (), sure: float = Wishes.sure, harmonics: int = Wishes.harmonics,
+    period: float | None = None, tick: float = Wishes.tick, rest: float = Wishes.rest,
+    search_seconds: float = 60.0, search_iterations: int | None = None, seed: int = 0,
+) -> Plan:  # fmt: skip
     """Plan the most informative trajectory within the limits of the robot.
 
     Args:
         robot: The arm.
+        seconds: Duration of the exciting part, rounded up to full periods [s].
+        criterion: Name of the criterion; by default the condition number, with `bodies` the drive gains, and
+            with `fit` the worst relative standard deviation.
+        fit: Fit of earlier runs.
+        bodies: Known parameters of the payload of each further run, from `known_parameters`.
+        focus: Names, or beginnings of names, of the base parameters to optimize; "gain" for the drive gains.
+        start: Pose at start and end, shape (n,) [rad].
+        window: Largest distance from the start, shape (n,) [rad].
+        margins: Safety margins to the limits.
+        clearances: Collisions and regions.
+        sure: Share of the likely arms that keep to the torque limits [-].
+        harmonics: Number of harmonics of each joint.
+        period: Base period [s]; several are tried by default.
+        tick: Sampling period of the controller [s].
+        rest: Rest at both ends [s].
         search_seconds: Duration of the search [s].
         search_iterations: Iterations of each start of the search. They replace `search_seconds`, so that a
             slow or busy computer plans the same motion.
         seed: Seed of the search.
-        wishes: Planning options, the fields of `Wishes`: seconds, criterion, harmonics, period, margins,
-            start, tick, clearances.
 
     Raises:
-        UnknownKey: A keyword is not a planning option.
         TrajectoryError: Limits are not stated, or no motion respects all of them.
     """
-    valid = tuple(Wishes.__dataclass_fields__)
-    for name in wishes:
-        if name not in valid:
-            raise UnknownKey(name, "plan: wish", valid)
-    [best] = _plan(
-        _robot(robot), Wishes(**wishes), seconds=search_seconds, iterations=search_iterations, seed=seed
-    )
+    wishes = Wishes(
+        seconds=seconds, criterion=criterion, fit=fit, bodies=bodies, focus=focus, start=start, window=window,
+        margins=margins, clearances=clearances, sure=sure, harmonics=harmonics, period=period, tick=tick,
+        rest=rest,
+    )  # fmt: skip
+    [best] = _plan(_robot(robot), wishes, seconds=search_seconds, iterations=search_iterations, seed=seed)
     return best
 
 
@@ -224,15 +237,6 @@ def identify(
     )
 
 
-def read_fit(path: Path | str) -> Fit:
-    """Read a fit that `Fit.save` or `exidyn identify` has written.
-
-    Raises:
-        NotAFile: The file does not exist or is not a fit.
-    """
-    return _read_fit(path)
-
-
 def payload(
     runs: Run | Sequence[Run],
     fit: Fit | Path | str | None = None,
@@ -250,7 +254,8 @@ def payload(
         empty: Runs without the payload; without a fit, the payload is the difference.
         robot: The arm, which replaces the arm inside the recordings; required for arrays and tables without
             a fit. With neither fit nor empty runs, its tolerances make the intervals wide.
-        com: Center of mass in the flange frame if it is known, shape (3,) [m].
+        com: Center of mass in the flange frame if it is known, shape (3,) [m]. An arm of one or two joints
+            does not determine mass and center both.
         filtering: Filters; unset values are chosen from the data.
         as_recorded: Whether to skip the check of columns, units and signs.
 
@@ -263,7 +268,7 @@ def payload(
     Raises:
         ExidynError: The runs cannot be used; the message gives the reason.
     """
-    fitted = _read_fit(fit) if isinstance(fit, Path | str) else fit
+    fitted = read_fit(fit) if isinstance(fit, Path | str) else fit
     arm = fitted.model if robot is None and fitted is not None else robot
     return _weigh(
         _runs(runs, arm),
@@ -344,7 +349,7 @@ def expected_fit(
     com: Sequence[float] | None = None,
     seed: int = 0,
 ) -> ExpectedFit:
-    """What planned motions would determine, and how well: a fit of runs on a simulated arm.
+    """State what planned motions would determine, and how well: a fit of runs on a simulated arm.
 
     Args:
         robot: The arm; the simulated one has values off by up to their tolerances.
@@ -431,7 +436,8 @@ def contact(
         fit: The fit, or the path of its file.
         run: The run.
         free: Runs without contact that the fit has not used, for the threshold.
-        payload: Name of the payload on the flange, "" for none; by default that of the recording.
+        payload: Name of the payload on the flange, "" for none; by default that of the recording. The weight
+            of a payload that is not named is an external force.
         alarms_per_hour: Accepted false alarms [1/h].
         bandwidth: Bandwidth of the observer [Hz].
 
@@ -443,7 +449,7 @@ def contact(
     Raises:
         ExidynError: The runs cannot be used; the message gives the reason.
     """
-    result = fit if isinstance(fit, Fit) else _read_fit(fit)
+    result = fit if isinstance(fit, Fit) else read_fit(fit)
     others = _runs(free, result.model)
     return _contact(result, read(run, result.model), others, payload, alarms_per_hour, bandwidth)
 
@@ -494,10 +500,12 @@ def _carrying(run: Recording, mass: float | None, com: Sequence[float] | None) -
 # their methods are bound here.
 
 
-def save(result: Fit | Diagnosis, path: Path | str) -> Path:
-    """Write a fit or a diagnosis as JSON for `ex.load`; returns the path."""
+def save(result: Fit | Diagnosis | Plan, path: Path | str) -> Path:
+    """Write a fit or a diagnosis as JSON for `ex.load`, or a plan for `exidyn record`; returns the path."""
     if isinstance(result, Fit):
         return write_fit(result, path)
+    if isinstance(result, Plan):
+        return write_plan(result, path)
     Path(path).write_text(json.dumps(as_json(result), indent=1, allow_nan=False), encoding="utf-8")
     return Path(path)
 
@@ -561,6 +569,7 @@ METHODS: dict[type, dict[str, Any]] = {
         "save": save,
         "report": report,
     },
+    Plan: {"save": save},
     Feedforward: {"python": python_file, "cpp": cpp_file, "save": save_feedforward},
     Diagnosis: {
         "verdict": property(verdict),

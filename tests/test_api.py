@@ -1,5 +1,6 @@
 """import exidyn as ex: what a notebook user guesses, and what results can do."""
 
+import inspect
 import subprocess
 import sys
 from dataclasses import replace
@@ -13,10 +14,10 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.effects import JointSpring, Prior
 from exidyn.identification.errors import ExidynError, MissingPackage
 from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan_file import read_plan
 
 from .parts.plans.plans import fourier
 from .parts.runs.parser_files import write_two_traces
-from .parts.small import two_joints
 from .parts.small.small_diagnosis import nominal_model, recordings
 
 pytestmark = pytest.mark.slow
@@ -174,9 +175,31 @@ def test_a_planned_motion_is_simulated_in_closed_loop_and_compared():
         ex.simulate("cobot", plan)
 
 
-def test_a_wish_that_there_is_not_is_refused():
-    with pytest.raises(ExidynError, match="plan: wish: unknown key 'length'. Valid keys: .*seconds"):
-        ex.plan(two_joints.model(), length=3.0)
+def test_a_plan_is_saved_and_given_as_arrays(tmp_path):
+    plan = small_plan()
+    again = read_plan(plan.save(tmp_path / "plan.toml"))
+    time, position, *_ = again.to_arrays(0.5)
+    np.testing.assert_allclose(position, plan.trajectory.at(time).position, atol=1e-12)
+    assert len(plan.to_arrays().time) == pytest.approx(plan.trajectory.duration / plan.tick, abs=2)
+
+
+def test_a_pinocchio_model_is_an_arm(runs):
+    kinematics, limits = runs[0].robot.kinematics.copy(), runs[0].robot.limits
+    kinematics.lowerPositionLimit, kinematics.upperPositionLimit = (
+        limits.position_lower,
+        limits.position_upper,
+    )
+    kinematics.effortLimit = np.array([5.0, 0.0])
+    robot = ex.robot(kinematics).robot
+    np.testing.assert_array_equal(robot.limits.position_upper, limits.position_upper)
+    np.testing.assert_array_equal(robot.limits.torque, [5.0, np.inf])
+    assert ex.Recording.from_arrays(kinematics, **arrays(runs[0])).robot.joints == robot.joints
+
+
+def test_help_lists_each_function_with_the_first_line_of_its_docstring():
+    for name in ex.__all__:
+        if inspect.isfunction(function := getattr(ex, name)):
+            assert f"    {name:<13}{function.__doc__.partition(chr(10))[0]}\n" in ex.__doc__
 
 
 def test_a_parameter_has_value_deviation_interval_and_unit(fit):
@@ -210,7 +233,7 @@ def test_torque_is_that_of_an_arm_with_these_base_parameters(runs):
         expected[:, joint] += viscous * dq[:, joint] + dry * np.sign(dq[:, joint]) + offset
     moving = np.abs(dq).min(axis=1) > 0.1
     np.testing.assert_allclose(fit.torque(q, dq, ddq)[moving], expected[moving], atol=1e-6)
-    assert fit.torque(q[0], dq[0], ddq[0]) == pytest.approx(fit.torque(q, dq, ddq)[:1])
+    assert fit.torque(q[0], dq[0], ddq[0]) == pytest.approx(fit.torque(q, dq, ddq)[0])
     with pytest.raises(ExidynError, match="expected .50, 2. .samples, joints. for each"):
         fit.torque(q, dq[:, :1], ddq)
 

@@ -14,6 +14,7 @@ from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.export.mjcf_changes import Change
 from exidyn.identification.export.mjcf_patch import Patch, patch
+from exidyn.identification.export.urdf_patch import patch_urdf
 from exidyn.identification.file_names import file_stem, read_failure
 from exidyn.identification.fit.fit import Moved
 from exidyn.identification.fit.fit_file import read_fit
@@ -48,8 +49,8 @@ from .result import Result
         JSON,
         Option("--payload NAME", "payload of the model to be merged into the last link", default=""),
         Option(
-            "--patch ARM.xml",
-            "with --to mjcf: change only the necessary numbers of this file, which describes the robot",
+            "--patch ARM",
+            "with --to mjcf or urdf: change only the necessary numbers of this file of the robot",
             Path,
         ),
     ),
@@ -106,8 +107,8 @@ def _check_patch(args: Namespace) -> None:
     """Refuse options that exclude --patch."""
     if args.patch is None:
         return
-    if args.to != "mjcf":
-        raise RobotError(f"--patch changes an MJCF; with --to {args.to} the whole model is written")
+    if args.to not in ("mjcf", "urdf"):
+        raise RobotError(f"--patch changes an MJCF or URDF; with --to {args.to} the whole model is written")
     if args.payload:
         raise RobotError(
             f"--patch changes the arm's own file, which does not contain payload {args.payload}. "
@@ -116,7 +117,7 @@ def _check_patch(args: Namespace) -> None:
 
 
 def _patched(args: Namespace, portable: Portable) -> Patch:
-    """The user's MJCF with the estimates of a fit, or with the nominal values of another model."""
+    """The user's MJCF or URDF with the estimates of a fit, or with the nominal values of another model."""
     if args.arm.endswith(".json"):
         parameters = standard_parameters(read_fit(args.arm))
     else:
@@ -126,6 +127,8 @@ def _patched(args: Namespace, portable: Portable) -> Patch:
         text = args.patch.read_bytes()
     except OSError as error:
         raise RobotError(f"{args.patch} cannot be read: {read_failure(args.patch, error)}") from error
+    if args.to == "urdf":
+        return patch_urdf(portable, parameters, text, str(args.patch))
     return patch(portable, parameters, text, str(args.patch.resolve().parent), str(args.patch))
 
 

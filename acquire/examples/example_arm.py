@@ -64,13 +64,8 @@ def excited(
 ) -> Step:
     """Command that plans a motion of a duration [s] in folder/name.toml.
 
-    Args:
-        folder: Folder of the robot file and the plan.
-        name: Name of the plan.
-        length: Duration of the motion [s].
-        search: Search time [s]; None searches for a fixed number of iterations.
-        more: Further options.
-        least: Whether the motion need not be optimal, so that a quarter of the search is enough.
+    The duration `length` and the search time are in s; without a search time, the number of iterations is
+    fixed. With `least`, the motion need not be optimal, and a quarter of the search is enough.
     """
     share = LEAST / ITERATIONS if least else 1.0
     budget = (

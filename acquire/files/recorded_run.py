@@ -47,14 +47,7 @@ def run_head(
 ) -> Callable[[Sample], bytes]:
     """The head of a recording, which describes the run, as a function of its first sample.
 
-    Args:
-        info: Metadata of the driver.
-        name: Name of the run.
-        model: Nominal arm without payload.
-        driver: Name of the driver.
-        payload: Payload on the flange.
-        trajectory: Text of the trajectory file.
-        more: Further facts of the run, name -> text; empty texts are omitted.
+    `more` has further facts, name -> text; empty texts are omitted.
     """
     settings = {
         "driver": driver,
@@ -143,10 +136,7 @@ def code_of(outcome: Outcome) -> int:
 def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
     """Print where the recording is.
 
-    Args:
-        recorder: Recorder, which has ended.
-        path: File that it was to write.
-        advice: Next command for a complete recording, without "exidyn".
+    `advice` is the next command for a complete recording, without "exidyn".
     """
     if path.exists():
         print_written(path, advice=f"exidyn {advice}")

@@ -109,13 +109,7 @@ def _least_squares(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def torque_at_rest(model: Model, positions: np.ndarray, payload: str = "") -> np.ndarray:
-    """Torque of gravity, springs and balancers at the drives, shape (t, n) [N m], or [N] if prismatic.
-
-    Args:
-        model: Nominal model.
-        positions: Positions, shape (t, n) [rad] or [m].
-        payload: Name of the payload on the flange; empty for none.
-    """
+    """Torque of gravity, springs and balancers at the drives, shape (t, n) [N m], or [N] if prismatic."""
     still = np.zeros_like(positions)
     motion = Motion.of(np.arange(len(positions), dtype=float), positions, still, still, payload=payload)
     torque = model.torque(model.loaded(motion), model.nominal_values)

@@ -89,15 +89,7 @@ def expected_fit(
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> ExpectedFit:
-    """Simulate planned motions, and identify the arm from them.
-
-    Args:
-        plans: Planned motions; each is run without payload and with each of the bodies.
-        model: Nominal model of the arm, without payloads.
-        bodies: Known parameters of the payload of each further run.
-        speed: Playback speed over planned speed [-].
-        seed: Seed of the sensors' noise.
-        progress: Function that is called with a sentence at each stage.
+    """Simulate planned motions, each without payload and with each of the bodies, and identify the arm.
 
     Raises:
         ExidynError: The arm cannot be simulated, or the motions are too poor to identify it.

@@ -47,18 +47,9 @@ def simulated(
 ) -> Recording:
     """Simulate a run of a plan on an arm with typical drives and sensors, tuned to the true arm.
 
-    Args:
-        arm: Model of the arm as described in the recording.
-        plan: Plan of the motion.
-        loaded: Model of the true arm with its payload.
-        payload: Payload as described in the recording.
-        gears: Transmission between motors and links, in addition to the arm's own; rigid by default.
-        speed: Playback speed over planned speed [-].
-        tick: Sampling period [s].
-        seed: Seed of the sensor noise.
-        exact: Whether sensors have neither noise nor quantization.
-        name: Name of the recording.
-        watched: Wrapper of the commands that may show progress.
+    `arm` and `payload` are those of the recording, `loaded` is the true arm with its payload. `gears` are
+    between motors and links, in addition to the arm's own; rigid by default. The sampling period `tick` is
+    in s.
 
     Raises:
         RobotError: If the arm has no such payload.

@@ -30,6 +30,8 @@ SLIDING = {
     "rad/(N m)": "m/N",
 }
 """Unit for a revolute joint -> unit for a prismatic joint."""
+FLANGE = "[flange]"
+"""Name of a flange frame that a robot file states, such as in its table [flange], without a name."""
 Held = Mapping[str, float | tuple[float, ...]]
 """Joints that do not move, and their positions: [rad, m], or several numbers for a free joint or a ball."""
 
@@ -105,6 +107,7 @@ class Robot:
     coupling: np.ndarray = field(default_factory=_not_given)
     # Placement of the flange in the frame of the last link; the frame of payloads.
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    flange_name: str = FLANGE  # name of the flange's frame in the description
     # Other joints of the described arm that are held away from their reference, and their positions. The
     # simulation of its MJCF holds them there too.
     held: Held = field(default_factory=dict)

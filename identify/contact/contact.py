@@ -45,16 +45,7 @@ def contact(
     alarms_per_hour: float = 1.0,
     bandwidth: float = BANDWIDTH,
 ) -> Contact:
-    """Estimate external torques along a run.
-
-    Args:
-        fit: The fit.
-        run: The run.
-        free: Runs without contact that the fit has not used, for the threshold.
-        payload: Name of the payload on the flange in the run, "" for none; by default that of the recording.
-            The weight of a payload that is not named is an external force.
-        alarms_per_hour: Accepted false alarms [1/h].
-        bandwidth: Bandwidth of the observer [Hz].
+    """Estimate external torques along a run; see `exidyn.contact`.
 
     Raises:
         DifferentRobot: A run is of another arm than the fit.

@@ -50,8 +50,9 @@ def diagnose(
     as_recorded: bool = False,
     brief: bool = False,
 ) -> Diagnosis:
-    """Find the physics that a model lacks.
+    """Find the physics that a model lacks, whose unstated parameters are fitted freely.
 
+<<<<<<< HEAD
     Args:
         model: Nominal model with tolerances; unstated parameters are fitted freely.
         recordings: Role and recording of each run; runs with the role "validate" are only predicted.
@@ -60,6 +61,9 @@ def diagnose(
         progress: Function that is called with a sentence at each stage.
         as_recorded: Whether columns, units and signs are used as stated, without a check.
         brief: Whether the search is brief, at a quarter of the time, where simulations judge what it finds.
+=======
+    Each recording has a role; those with the role "validate" are only predicted.
+>>>>>>> wpy
 
     Raises:
         DifferentRobot: A run belongs to another robot.

@@ -28,12 +28,6 @@ def refit(
 
     Findings that no fit can include are listed in its warnings.
 
-    Args:
-        diagnosis: Diagnosis with its evidence.
-        recordings: Role and recording of each run.
-        progress: Called with a sentence at each stage.
-        filtering: Filters; chosen from the data by default.
-
     Raises:
         ExidynError: If the runs cannot be fitted.
     """

@@ -79,7 +79,7 @@ def _changed(file: File, body: int, ten: np.ndarray, halves: np.ndarray, edits: 
     _write_body(file, body, numbers, edits)
     where = f"body '{name_of(file.compiled, 'body', body)}'"
     for (attribute, unit), scale, old, new, half in zip(
-        NUMBERS, _scales(numbers), original, numbers, halves, strict=True
+        NUMBERS, number_scales(numbers), original, numbers, halves, strict=True
     ):
         if abs(new - old) > SAME * scale:
             before = 0.0 if abs(old) <= SAME * scale else float(old)  # MuJoCo's rounding
@@ -108,7 +108,7 @@ def _numbers(values: np.ndarray, part: Part) -> np.ndarray:
     return np.array([body.mass, *body.lever, *(body.inertia[place] for place in PLACES.values())])
 
 
-def _scales(numbers: np.ndarray) -> np.ndarray:
+def number_scales(numbers: np.ndarray) -> np.ndarray:
     """Scale of each of the ten numbers of a body, from its mass and extent, shape (10,)."""
     mass, moments = numbers[0], float(np.sum(numbers[4:7]))
     reach = np.sqrt(moments / mass) + np.linalg.norm(numbers[1:4])

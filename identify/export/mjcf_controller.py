@@ -105,14 +105,6 @@ def with_servo_law(
 ) -> bytes:
     """The text with the servos of a law; servos whose numbers are those of the law already stay as they are.
 
-    Args:
-        text: Text of the MJCF.
-        folder: Folder of the files that it refers to.
-        where: Name of the file in errors.
-        joints: Joints of the law.
-        law: Law of their servos.
-        changed: Fields of the law that are written.
-
     Raises:
         RobotError: MuJoCo compiles another law, or it has no delays.
     """

@@ -46,12 +46,6 @@ class Gear(NamedTuple):
 def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tuple[bytes, list[Change]]:
     """Add a twist for each gear; returns the new text and the changes.
 
-    Args:
-        text: Text of the MJCF.
-        folder: Folder of the files that it refers to.
-        where: Name of the file in errors.
-        gears: Gears of different joints.
-
     Raises:
         RobotError: A joint has no armature, so that its motor has no inertia, or already has a twist.
     """

@@ -77,7 +77,7 @@ def patch(
     altered = altered_damping(file.compiled, compiled, written_servos(file, wanted))
     has_servos = bool(servos(compiled, wanted.robot.joints))
     features = (*FEATURES, *elsewhere, *(("servos",) if has_servos else ()))
-    missing = _left_out(unwritten, spread, features)
+    missing = sentences_left_out(unwritten, spread, features)
     return Patch(new, tuple(changes), (*below, *unchanged, *altered, *kept_cogging(file, wanted), *missing))
 
 
@@ -95,7 +95,7 @@ def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
     return File(where, elements, compiled, [names.index(joint) for joint in joints], parts, nominal)
 
 
-def _left_out(portable: Portable, spread: Spread, features: Collection[str]) -> list[str]:
+def sentences_left_out(portable: Portable, spread: Spread, features: Collection[str]) -> list[str]:
     """Sentences on what the file cannot represent; constant torques only if they differ from zero."""
     joints = portable.joints
     halves = np.array([spread.half(place, "constant") for place in range(portable.robot.dof)])

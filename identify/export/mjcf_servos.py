@@ -45,14 +45,7 @@ def written_servos(file: File, portable: Portable) -> list[int]:
 
 
 def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -> Iterator[Change]:
-    """Write the original damping of servos if the changes have altered it; yields the changes.
-
-    Args:
-        file: File before the changes; servos in included files are not changed.
-        new: Model that MuJoCo compiles with the changes.
-        written: Servos whose gains are already written.
-        edits: Edits of the text.
-    """
+    """Write the original damping of servos if the changes have altered it; yields the changes."""
     old = file.compiled
     for actuator in actuators(old):
         original, altered = (_gains(model, actuator)[1] for model in (old, new))
@@ -68,13 +61,7 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
 
 
 def altered_damping(old: Any, new: Any, written: Collection[int]) -> list[str]:
-    """Sentences about servos of included files, whose damping MuJoCo computes from the new inertia.
-
-    Args:
-        old: Model compiled before the changes.
-        new: Model compiled after all changes.
-        written: Servos whose gains are written.
-    """
+    """Sentences about servos of included files, whose damping MuJoCo computes from the new inertia."""
     unwritten = [a for a in actuators(old) if a not in written and not is_dc_motor(old, a)]
     pairs = [(a, _gains(old, a)[1], _gains(new, a)[1]) for a in unwritten]
     return [

@@ -55,11 +55,6 @@ class Portable:
     def of(cls, model: Model, payload: str = "", servos: ServoLaw | None = None) -> "Portable":
         """Sort a model at its nominal values, with the named payload as part of the last link.
 
-        Args:
-            model: Model of the arm.
-            payload: Name of a payload that becomes part of the last link.
-            servos: Law of the position servos; by default that of the robot's `servo`.
-
         Raises:
             RobotError: The model has no such payload, or the payload has no positive mass.
         """

@@ -80,7 +80,11 @@ class Edits:
             tag = _with_attributes(text[start:end], self._attributes.get(start, {}))
             before_next = re.match(rb"\s*", text[end:])
             space = before_next.group() if before_next else b""
-            added = b"".join(space + element.encode() for element in self._inside.get(start, []))
+            inside = self._inside.get(start, [])
+            added = b"".join(space + element.encode() for element in inside)
+            if inside and tag.endswith(b"/>"):  # an element without content
+                name = re.split(rb"[\s/]", tag[1:], maxsplit=1)[0]
+                tag, added = tag[:-2].rstrip() + b">", "".join(inside).encode() + b"</" + name + b">"
             text = text[:start] + tag + added + text[end:]
         return text
 

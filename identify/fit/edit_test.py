@@ -30,12 +30,7 @@ class EditTest(NamedTuple):
 
 
 def edits(held_out: Mapping[str, str], used: Collection[str]) -> dict[str, str]:
-    """Held-out runs whose payload no run of the fit carries, with the name of that payload.
-
-    Args:
-        held_out: Run -> name of its payload, empty for none.
-        used: Names of the payloads of the runs used, empty for none.
-    """
+    """Held-out runs whose payload no run of the fit carries, with the name of that payload."""
     return {run: body for run, body in held_out.items() if body not in used}
 
 

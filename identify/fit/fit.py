@@ -195,7 +195,7 @@ class Fit(InNotebook):
         payload: str = "",
         time: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Joint torque that the fit predicts for a motion, shape (t, n) [N m].
+        """Joint torque that the fit predicts for a motion, of the shape of `q` [N m].
 
         Args:
             q: Position, shape (t, n) [rad], or (n,) for one sample.
@@ -217,7 +217,8 @@ class Fit(InNotebook):
         time = np.arange(shape[0], dtype=float) if time is None else np.asarray(time, float)
         motion = self.model.loaded(Motion.of(time, position, velocity, acceleration, payload=payload))
         regressor = self.model.regressor(motion)[:, :, self.base.kept]
-        return np.asarray(regressor @ self.estimate.values + self.model.known_torque(motion))
+        torque = regressor @ self.estimate.values + self.model.known_torque(motion)
+        return np.asarray(torque if np.ndim(q) > 1 else torque[0])
 
     def __repr__(self) -> str:
         runs = counted(len(self.runs), "run")
@@ -233,7 +234,7 @@ class Fit(InNotebook):
         return "\n".join(lines)
 
     def to_dataframe(self) -> Any:
-        """Base parameters as a pandas table: value and standard deviation, estimated and nominal.
+        """Base parameters as a pandas table: value, standard deviation, 95 % interval, unit; nominal values.
 
         Raises:
             MissingPackage: pandas is not installed.
@@ -242,6 +243,9 @@ class Fit(InNotebook):
         columns = {
             "value": self.estimate.values,
             "std": self.estimate.std,
+            "low": self.estimate.values - NORMAL_95 * self.estimate.std,
+            "high": self.estimate.values + NORMAL_95 * self.estimate.std,
+            "unit": self.base.units,
             "nominal": nominal,
             "nominal_std": nominal_std,
         }

@@ -29,12 +29,6 @@ def gear_friction_bias(
 ) -> np.ndarray | None:
     """Bias of values, then gains, per friction over transmitted torque of each joint, shape (b + n, n).
 
-    Args:
-        model: Model of the fit.
-        equations: Equations of its runs.
-        estimate: Its values and gains.
-        runs: Prepared runs of the fit.
-
     Returns:
         The bias; None if the model has friction under load.
     """

@@ -59,10 +59,6 @@ class Standard(NamedTuple):
 def identified(fit: Fit, standard: Standard | None = None) -> Model:
     """Model whose nominal values, priors and drive gains are those identified by the fit.
 
-    Args:
-        fit: The fit.
-        standard: Standard parameters in place of those of the fit.
-
     Raises:
         FitError: Drive gains are unknown, or there are no physically consistent parameters near the fit.
     """

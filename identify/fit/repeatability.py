@@ -96,7 +96,8 @@ def repeatability(
     shared = _at_payloads(model, replace(equations, gain=gain, gain_tolerance=0.0), values)
     parts = run_parts(used, recordings, equations)
     fits = [_alone(shared, part.rows) for part in parts]
-    values, std = (np.array([fit[k] for fit in fits]).reshape(len(fits), -1) for k in (0, 1))
+    shape = len(fits), len(equations.base.kept)  # no parts of runs that are too short
+    values, std = (np.reshape([fit[k] for fit in fits], shape) for k in (0, 1))
     columns = np.flatnonzero(np.sum(np.isfinite(std), axis=0) >= 2)
     joints = [joint for effect in model.effects for joint in effect.parameter_joints(model.robot)]
     parameters = []

@@ -35,11 +35,7 @@ class Profile(NamedTuple):
 def profile(traces: Sequence[Trace], joint: int, axis: Axis, residuals: str) -> Profile:
     """A joint's residual against an axis.
 
-    Args:
-        traces: Traces of the runs to draw.
-        joint: Index of the joint, from 0.
-        axis: Horizontal axis.
-        residuals: "before" or "after".
+    `residuals` is "before" or "after".
     """
     x, y = [], []
     for trace in traces:
@@ -79,15 +75,7 @@ def spectrum(trace: Trace, joint: int, residuals: str) -> tuple[np.ndarray, np.n
 def profile_plot(
     traces: Sequence[Trace], joint: int, axis: Axis, noise: float | None, unit: str = TURNING
 ) -> str:
-    """Residual of a joint over a recorded quantity, before and after: dots, and means of bins.
-
-    Args:
-        traces: Traces of the runs to draw.
-        joint: Index of the joint, from 0.
-        axis: Horizontal axis.
-        noise: Noise floor; None if it was not measured.
-        unit: Unit of the joint's torque.
-    """
+    """Residual of a joint over a recorded quantity, before and after: dots, and means of bins."""
     before, after = (profile(traces, joint, axis, stage) for stage in ("before", "after"))
     if not len(before.dots):
         return ""
@@ -137,15 +125,7 @@ def _dots(panel: Panel, points: Profile, style: str) -> str:
 def time_plot(
     trace: Trace, joint: int, noise: float | None, unit: str = TURNING, moments: Sequence[Moment] = ()
 ) -> str:
-    """Residual of a run over time, before and after, in its worst stretch, with moments marked.
-
-    Args:
-        trace: Trace of the run.
-        joint: Index of the joint, from 0.
-        noise: Noise floor; None if it was not measured.
-        unit: Unit of the joint's torque.
-        moments: Moments of all runs.
-    """
+    """Residual of a run over time, before and after, in its worst stretch, with moments marked."""
     shown = stretch(trace.time, trace.before[:, joint] ** 2 * trace.weight[:, joint], STRETCH)
     time, slides = trace.time[shown], trace.weight[shown, joint] > 0
     before, after = (np.where(slides, rows[shown, joint], np.nan) for rows in (trace.before, trace.after))

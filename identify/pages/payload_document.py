@@ -55,18 +55,20 @@ def payload_text(result: PayloadEstimate, formats: Sequence[str] = ()) -> str:
     )
     sections = [
         Section("verdict", "Result", [Statements(verdict(result), "verdict")]),
-        Section("values", "Payload in the flange frame", [_values(result)]),
+        Section("values", f"Payload in frame {result.frame}", [_values(result)]),
         Section("check", "Check in poses that were not used", _check(result)),
     ]
     page = text(Document(f"Payload of {result.robot}", note, sections))
-    forms = [
-        "\n".join(["", *paragraph(f"{name}: {_title(name)}"), result.text(name).rstrip()]) for name in formats
-    ]
+    forms = ["\n".join(["", *_form(result, name)]) for name in formats]
     return "\n".join([page, *(forms or ["", *paragraph(NEXT)])])
 
 
-def _title(name: str) -> str:
-    return (FORMATS[name].__doc__ or "").partition("\n")[0]
+def _form(result: PayloadEstimate, name: str) -> list[str]:
+    """Lines of the payload as a controller takes it, or of why there are none."""
+    if obstacle := result.obstacle(name):
+        return paragraph(obstacle)
+    title = (FORMATS[name].__doc__ or "").partition("\n")[0]
+    return [*paragraph(f"{name}: {title}"), result.text(name).rstrip()]
 
 
 def verdict(result: PayloadEstimate) -> list[str]:
@@ -75,7 +77,7 @@ def verdict(result: PayloadEstimate) -> list[str]:
     center = ", ".join(f"{1e3 * value:.0f}" for value in result.body.center + 0.0)
     sentences = [
         f"The payload weighs {digits(result.mass.value)} kg (95 %: {low} to {high} kg), with its center of "
-        f"mass at ({center}) mm."
+        f"mass at ({center}) mm in frame {result.frame}."
     ]
     if result.mass.low <= 0.0:
         sentences.append("The mass may be zero, so the center of mass and the inertia are not to be used.")
@@ -169,7 +171,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "empty": result.empty,
         "seconds": result.seconds,
         "arm_known_from": result.source,
-        "frame": "flange of the robot description; inertia about the center of mass, along the flange axes",
+        "frame": result.frame,
         "mass": _interval(result.mass, result.certain.mass),
         "center": dict(zip(names, map(_interval, result.center, result.certain.center), strict=True)),
         "inertia": dict(
@@ -191,7 +193,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "gain_std": result.gain_std,
         "residual": np.asarray(result.noise),
         "warnings": result.warnings,
-        "forms": {name: result.text(name) for name in formats or FORMATS},
+        "forms": {name: result.text(name) for name in formats or FORMATS if not result.obstacle(name)},
     }
 
 

@@ -5,6 +5,10 @@ measured torque is :math:`\hat g\, i = \exp(e)\, (W \beta + P \varphi + W_c \del
 friction. The unknowns are written as mean + R z with the prior covariance :math:`R R^T`, so that z has unit
 variance.
 
+Without a fit, errors of the arm are R z over :math:`\exp(w^T e)`, with shares w of the joints that show them:
+a tolerance says nothing about gains. If errors did not scale, a gain that makes all parameters smaller would
+make their errors more probable, and masses would be too low by the square of the tolerance.
+
 Noise and model errors are colored. Weights for white noise would overrate the data several times compared
 with the prior; so each joint has the weight of its noise near zero frequency (`_slowness`). The covariance is
 the sandwich of `estimators.covariance`, from autocovariances of the residual and from the scatter between
@@ -60,25 +64,22 @@ def posterior(rows: Rows, known: Known) -> Posterior:
     equations, columns = rows.equations, rows.columns
     measured = equations.gain * equations.current - equations.known
     n = measured.shape[1]
-    z, values = np.zeros(len(known.mean)), known.mean
-    jacobian = _jacobian(columns, values, n)
-    noise = np.sqrt(np.mean(measured**2, axis=0))  # until the first fit
-    slow = np.ones(n)
+    z, noise = np.zeros(len(known.mean)), np.sqrt(np.mean(measured**2, axis=0))  # until the first fit
+    slow, share = np.ones(n), _share(columns, equations.weight / noise, rows.arm * known.scaled)
     for iteration in range(ITERATIONS):
+        values, slope = _unscaled(z, known, share)
         jacobian = _jacobian(columns, values, n)
         residual = measured - _predicted(columns, values, n)
-        whitened, weight = jacobian @ known.root, equations.weight / (noise * slow)
-        pull = known.root[-n:].T @ _counted(whitened, weight, known.counted)
-        step = _step(whitened, residual, weight, z + pull)
+        step = _step(jacobian @ slope, residual, equations.weight / (noise * slow), z)
         z = z + step
-        values = known.mean + known.root @ z
+        values, slope = _unscaled(z, known, share)
         residual = measured - _predicted(columns, values, n)
         noise = _level(residual, equations, columns.shape[2] / n)
         slow = _slowness(residual, equations)
         if iteration > 1 and np.max(np.abs(step)) < SETTLED:
             break
-    spread = _spread(jacobian @ known.root, residual, equations, slow)
-    covariance = known.root @ spread @ known.root.T
+    spread = _spread(jacobian @ slope, residual, equations, slow)
+    covariance = slope @ spread @ slope.T
     certain = _certain(jacobian, residual, rows, slow, known)
     return Posterior(rows, values, covariance, certain, residual, jacobian, noise, slow)
 
@@ -106,21 +107,20 @@ def _step(whitened: np.ndarray, residual: np.ndarray, weight: np.ndarray, z: np.
     return np.asarray(np.linalg.solve(scaled, (rows.T @ right - z) / size) / size)
 
 
-def _counted(whitened: np.ndarray, weight: np.ndarray, counted: np.ndarray) -> np.ndarray:
-    """Number of parameters with a prior that each joint's data determine, shape (n,).
+def _share(columns: np.ndarray, weight: np.ndarray, arm: int) -> np.ndarray:
+    """Share of each joint in the information on each unknown, shape (k, n); zero except for the arm's."""
+    size = np.einsum("rnk,rn->kn", columns[:, :, :arm] ** 2, weight**2)
+    share = size / np.maximum(np.sum(size, axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.pad(share, ((0, columns.shape[2] + weight.shape[1] - arm), (0, 0)))
 
-    All of them are multiplied by the gain. With the most probable parameters alone, a gain that makes all of
-    them smaller would seem more probable, since their errors add to the size of the measured torque but not
-    to that of the prior: masses would come out 5 % too low. Integrated over the parameters, the likelihood
-    of e has the factor exp(-k e).
-    """
-    n, size = weight.shape[1], whitened.shape[2]
-    if not len(counted):
-        return np.zeros(n)
-    rows = whitened * weight[:, :, None]
-    grams = np.einsum("rnk,rnl->nkl", rows, rows, optimize=True)
-    inverse = np.linalg.inv(np.sum(grams, axis=0) + np.eye(size))
-    return np.asarray(np.einsum("ik,nki->n", inverse[counted], grams[:, :, counted], optimize=True))
+
+def _unscaled(z: np.ndarray, known: Known, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values (k,) at z (k,), and their derivative (k, k)."""
+    n = share.shape[1]
+    deviation = known.root @ z
+    scale = np.exp(-share @ (known.mean + deviation)[-n:])
+    slope = scale[:, None] * known.root - (scale * deviation)[:, None] * (share @ known.root[-n:])
+    return known.mean + scale * deviation, slope
 
 
 def _level(residual: np.ndarray, equations: Equations, per_joint: float) -> np.ndarray:

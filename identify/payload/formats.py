@@ -1,15 +1,20 @@
-"""Forms in which controllers and simulators take a payload: one function each, `Body` to text.
+"""Forms in which controllers and simulators take a payload: one function each, `Body` and frame to text.
 
-All refer to the flange frame of the arm's description, which has to be that of the controller: the frame in
-which the controller expects loads, with the same origin and axes.
+All refer to the flange frame of the arm's description, whose name they state. A controller expects loads in
+its own flange frame, with the same origin and axes, so its form is only written if the frame is that one.
 """
 
 from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from exidyn.quoting import cpp_comment, hash_comment, krl_comment, one_line, xml_content
+
+from ..arm.robot import FLANGE
+from ..robot_files.urdf import FRANKA
 from .body import Body
 
+IN_FRAME = "in frame "
 DECIMALS = 6
 """Decimals of SI values: micrograms, micrometers and 1 g m^2 / 1000 are below what any run determines."""
 
@@ -30,12 +35,12 @@ def numbers(values: Iterable[float], decimals: int = DECIMALS) -> str:
 # https://docs.ros.org/en/jazzy/p/ur_msgs/srv/SetPayload.html
 
 
-def universal_robots(body: Body) -> str:
+def universal_robots(body: Body, frame: str) -> str:
     """Call of set_target_payload: kg, m from the flange, kg m² about the center along the flange axes."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.inertia
     return (
         f"set_target_payload({number(body.mass)}, [{numbers(body.center)}], "
-        f"[{numbers((xx, yy, zz, xy, xz, yz))}])\n"
+        f"[{numbers((xx, yy, zz, xy, xz, yz))}])  {hash_comment(IN_FRAME + frame)}\n"
     )
 
 
@@ -44,10 +49,13 @@ def universal_robots(body: Body) -> str:
 # is the center of mass in the flange frame, I_load [kg m^2] is with respect to the center of mass.
 
 
-def franka(body: Body) -> str:
+def franka(body: Body, frame: str) -> str:
     """Call of Robot::setLoad: kg, F_x_Cload in m, inertia in kg m² about the center, column-major."""
     inertia = body.inertia.flatten(order="F")
-    return f"robot.setLoad({number(body.mass)}, {{{numbers(body.center)}}}, {{{numbers(inertia)}}});\n"
+    return (
+        f"robot.setLoad({number(body.mass)}, {{{numbers(body.center)}}}, {{{numbers(inertia)}}});  "
+        f"{cpp_comment(IN_FRAME + frame)}\n"
+    )
 
 
 # https://www.easymanua.ls/kuka/iontec-kr-20-r3100/manual?p=40: M [kg]; center [mm]; the principal axes follow
@@ -60,7 +68,7 @@ LOCKED = 1e-9
 """Cosine of B below which A and C turn about the same axis, so that only their sum is determined."""
 
 
-def kuka(body: Body) -> str:
+def kuka(body: Body, frame: str) -> str:
     """LOAD_DATA: kg, mm and degrees from the flange, principal moments in kg m²; A, B, C about Z, Y', X''."""
     moments, axes = body.principal
     position = zip("XYZ", 1e3 * body.center, strict=True)
@@ -70,6 +78,7 @@ def kuka(body: Body) -> str:
     return (
         f"LOAD_DATA[1]={{M {number(body.mass)},CM {{{center}}},J {{{inertia}}}}}\n"
         f"; JX, JY, JZ = {numbers(moments)} kgm^2; LOAD_DATA[n] is the load of tool n\n"
+        f"{krl_comment(IN_FRAME + frame)}\n"
     )
 
 
@@ -92,12 +101,12 @@ def angles_of(rotation: np.ndarray) -> tuple[float, float, float]:
 # scalar first; ix, iy, iz [kg m^2] about these axes.
 
 
-def abb(body: Body) -> str:
+def abb(body: Body, frame: str) -> str:
     """loaddata: kg, mm, quaternion of the principal axes (scalar first), principal moments in kg m²."""
     moments, axes = body.principal
     return (
         f"PERS loaddata tool_load := [{number(body.mass)}, [{numbers(1e3 * body.center, 3)}], "
-        f"[{numbers(quaternion(axes), 9)}], {numbers(moments)}];\n"
+        f"[{numbers(quaternion(axes), 9)}], {numbers(moments)}];  ! {IN_FRAME}{one_line(frame)}\n"
     )
 
 
@@ -125,13 +134,13 @@ def quaternion(rotation: np.ndarray) -> np.ndarray:
 # origin gives; off-diagonal elements are minus the integral of x y.
 
 
-def urdf(body: Body) -> str:
+def urdf(body: Body, frame: str) -> str:
     """Link to fix to the flange link: kg, m, kg m² about the center along the flange axes."""
     names = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
     inertia = " ".join(f'i{"xyz"[i]}{"xyz"[j]}="{number(body.inertia[i, j], 9)}"' for i, j in names)
     center = " ".join(number(value) for value in body.center)
     return (
-        '<link name="payload">\n'
+        f'{_xml_comment(frame)}<link name="payload">\n'
         "  <inertial>\n"
         f'    <origin xyz="{center}" rpy="0 0 0"/>\n'
         f'    <mass value="{number(body.mass)}"/>\n'
@@ -145,19 +154,23 @@ def urdf(body: Body) -> str:
 # the body's frame; fullinertia [kg m^2] is about it in the order xx, yy, zz, xy, xz, yz.
 
 
-def mjcf(body: Body) -> str:
+def mjcf(body: Body, frame: str) -> str:
     """Body to put into the flange body: kg, m, kg m² about the center along the flange axes."""
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.inertia
     center = " ".join(number(value) for value in body.center)
     inertia = " ".join(number(value, 9) for value in (xx, yy, zz, xy, xz, yz))
     return (
-        '<body name="payload">\n'
+        f'{_xml_comment(frame)}<body name="payload">\n'
         f'  <inertial pos="{center}" mass="{number(body.mass)}" fullinertia="{inertia}"/>\n'
         "</body>\n"
     )
 
 
-FORMATS: dict[str, Callable[[Body], str]] = {
+def _xml_comment(frame: str) -> str:
+    return f"<!-- {xml_content(IN_FRAME + one_line(frame)).replace('--', '- -')} -->\n"
+
+
+FORMATS: dict[str, Callable[[Body, str], str]] = {
     "ur": universal_robots,
     "franka": franka,
     "kuka": kuka,
@@ -165,4 +178,11 @@ FORMATS: dict[str, Callable[[Body], str]] = {
     "urdf": urdf,
     "mjcf": mjcf,
 }
-"""Name -> function; the first line of its docstring states what it writes."""
+"""Name -> function of body and frame; the first line of its docstring states what it writes."""
+FRAMES = {"ur": ("tool0",), "kuka": ("tool0",), "abb": ("tool0",), "franka": FRANKA}
+"""Controller -> names, or ends of names, of its own flange frame in descriptions."""
+
+
+def is_own_flange(format: str, frame: str) -> bool:
+    """Whether a form may refer to a frame: the controller's own flange, or `FLANGE`, a stated flange."""
+    return format not in FRAMES or frame.lower().endswith(FRAMES[format]) or frame == FLANGE

@@ -58,12 +58,9 @@ def consistent_body(estimate: np.ndarray, covariance: np.ndarray) -> np.ndarray:
         FitError: The solver found none.
     """
     std = np.sqrt(np.diag(covariance))
-    base = BaseParameters(_parameters(), np.arange(10), np.eye(10), (1.0, 0.0))
+    parameters = tuple(Parameter(name, UNITS[name]) for name in INERTIAL)
+    base = BaseParameters(parameters, np.arange(10), np.eye(10), (1.0, 0.0))
     return nearest(Held(base, estimate, WIDE * std, (slice(0, 10),)), estimate, covariance)
-
-
-def _parameters() -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, UNITS[name]) for name in INERTIAL)
 
 
 def intervals(estimate: np.ndarray, covariance: np.ndarray, body: Body) -> Intervals:

@@ -5,7 +5,6 @@ description beside a run without the payload, which the equations contain. The f
 of the fit, including that of the gains, so that an uncertain gain makes the mass equally uncertain.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,8 +27,6 @@ drives falls by half between a cold and a warm arm."""
 OFFSET_CHANGES = 0.02
 """Standard deviation of the change of current offsets between two runs, over the joint's rms torque [-]: the
 linearity of current sensors is 3 %."""
-
-
 BARE = 0.4
 """Relative standard deviation of the inertias of a description that states none [-], such as a bare URDF.
 With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms have links that are wrong by
@@ -51,15 +48,11 @@ class Known:
 
     mean: np.ndarray  # base parameters of the arm, payload, changes, relative errors of the gains, shape (k,)
     root: np.ndarray  # matrix R with covariance R R^T, shape (k, k)
-    counted: np.ndarray  # indices of base parameters with a prior that does not depend on the gains
+    scaled: bool  # whether errors of the arm scale with the gains; those of a fit depend on them already
 
 
 def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """Mean (b + n,) and covariance (b + n, b + n) of base parameters and relative errors of gains.
-
-    Args:
-        fit: Fit of the arm.
-        rows: Equations of the runs.
 
     Raises:
         FitError: Drive gains are unknown.
@@ -156,7 +149,7 @@ def complete(
     values: np.ndarray,
     gain: np.ndarray,
     stated: StatedCenter | None = None,
-    counted: Sequence[int] = (),
+    scaled: bool = True,
 ) -> Known:
     """Prior of all unknowns from that of arm and gains.
 
@@ -166,7 +159,7 @@ def complete(
         values: Base parameters of the arm that give the size of changes, shape (b,).
         gain: Drive gains, shape (n,).
         stated: Known center of mass; None if it is unknown.
-        counted: See `Known`.
+        scaled: See `Known`.
     """
     mean, covariance = arm
     count, n, changes = rows.arm, len(gain), len(rows.changing)
@@ -180,7 +173,7 @@ def complete(
     full[body, body] = _payload_prior(np.diag(nominal)[body], stated)
     places = count + size + np.arange(changes)
     full[places, places] = _change(rows, values, gain) ** 2
-    return Known(full_mean, root(full), np.array(counted, int))
+    return Known(full_mean, root(full), scaled)
 
 
 def _payload_prior(variance: np.ndarray, stated: StatedCenter | None) -> np.ndarray:

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import UnknownKey
+from ..errors import FitError, UnknownKey
 from ..notebook import InNotebook
 from ..text_table import digits
 from .body import Body
-from .formats import FORMATS
+from .formats import FORMATS, FRAMES, is_own_flange
 from .intervals import Interval, Intervals
 from .pose_check import Check
 
@@ -32,6 +32,7 @@ class PayloadEstimate(InNotebook):
     """A payload identified from runs."""
 
     robot: str  # name of the arm
+    frame: str  # name of the flange frame
     joints: tuple[str, ...]  # names of its joints
     body: Body  # the payload; physically consistent
     intervals: Intervals  # 95 % intervals
@@ -88,16 +89,30 @@ class PayloadEstimate(InNotebook):
 
         Raises:
             UnknownKey: There is no such format; the message lists the valid ones.
+            FitError: The mass may be zero, or the frame is not the flange of the controller.
         """
+        if obstacle := self.obstacle(format):
+            raise FitError(obstacle)
+        return FORMATS[format](self.body, self.frame)
+
+    def obstacle(self, format: str) -> str:
+        """A sentence on why there is no such form; empty if there is one."""
         if format not in FORMATS:
             raise UnknownKey(format, "payload: format", tuple(FORMATS))
-        return FORMATS[format](self.body)
+        if not self.mass.low > 0.0:
+            return f"{format}: no form, since the mass may be zero"
+        if not is_own_flange(format, self.frame):
+            return (
+                f"{format}: no form, since the payload is in frame {self.frame}, and the controller expects "
+                f"its own flange ({' or '.join(FRAMES[format])}); state it under [flange] in robot.toml"
+            )
+        return ""
 
     def __repr__(self) -> str:
         center = ", ".join(f"{1e3 * value:.1f}" for value in self.body.center + 0.0)
         open_words = f"; not determined: {', '.join(self.undetermined)}" if self.undetermined else ""
         return (
             f"Payload of {self.robot}: {digits(self.mass.value, 4)} kg "
-            f"({digits(self.mass.low, 4)} to {digits(self.mass.high, 4)}), center ({center}) mm in the "
-            f"flange frame{open_words}"
+            f"({digits(self.mass.low, 4)} to {digits(self.mass.high, 4)}), center ({center}) mm in frame "
+            f"{self.frame}{open_words}"
         )

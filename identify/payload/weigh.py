@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError, NotExcited, RecordingError
 from ..fit.base_parameters import BaseParameters
 from ..fit.fit import Fit
@@ -46,18 +45,7 @@ def weigh(
     as_recorded: bool = False,
     progress: Progress = lambda _: None,
 ) -> PayloadEstimate:
-    """Identify the payload on the flange.
-
-    Args:
-        runs: Runs with the payload, which is the same in all.
-        fit: Fit of the arm without it.
-        empty: Runs without the payload; without a fit, the payload is the difference.
-        model: Description of the arm; by default that of the fit or of the first run.
-        com: Center of mass in the flange frame if it is known, shape (3,) [m]. An arm of one or two joints
-            does not determine mass and center both.
-        filtering: Filters; unset values are chosen from the runs.
-        as_recorded: Whether to skip the check of columns, units and signs.
-        progress: Function that is called with a sentence at each stage.
+    """Identify the payload on the flange; see `exidyn.payload`.
 
     Raises:
         RecordingError: There is no run, or one is invalid.
@@ -102,7 +90,8 @@ def _weigh(
     progress(StageText("estimate", "estimate the payload"))
     rows, result, known = _estimated(tooled, base, prepared, fit, com)
     progress(StageText("check", "predict two poses that were left out"))
-    checked = check_poses(rows, known, _positions(prepared), result)
+    position = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
+    checked = check_poses(rows, known, np.concatenate(position), result)
     return _result(arm, result, checked, runs, empty, fit, warnings, recordings)
 
 
@@ -148,8 +137,6 @@ def _estimated(
 ) -> tuple[Rows, Posterior, Known]:
     """Equations, estimate and prior, with gear loads that include the payload."""
     described, mass = None, 1.0  # a guess of the mass for the first pass
-    arm_size = len(base.kept) - len(INERTIAL)
-    counted = [] if fit else np.flatnonzero(np.isfinite(base.before(model)[1][:arm_size])).tolist()
     for number in range(PASSES):
         rows = rows_of(model, base, prepared)
         if fit is not None:
@@ -158,7 +145,7 @@ def _estimated(
             arm = described = known_from_description(model, rows)
         values = arm[0][: rows.arm]
         stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
-        known = complete(rows, arm, values, rows.equations.gain, stated, counted)
+        known = complete(rows, arm, values, rows.equations.gain, stated, fit is None)
         try:
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:
@@ -168,12 +155,6 @@ def _estimated(
             break
         model = base.applied_to(model, result.values[: rows.payload.stop])
     return rows, result, known
-
-
-def _positions(prepared: Sequence[Prepared]) -> np.ndarray:
-    """Joint positions at the rows, shape (r, n) [rad]."""
-    parts = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
-    return np.concatenate(parts)
 
 
 def _result(
@@ -195,6 +176,7 @@ def _result(
     std = np.sqrt(np.maximum(np.diag(result.covariance)[-n:], 0.0))
     return PayloadEstimate(
         robot=arm.robot.name,
+        frame=arm.robot.flange_name,
         joints=arm.robot.joints,
         body=body,
         intervals=intervals(estimate, covariance, body),

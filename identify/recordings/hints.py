@@ -48,14 +48,7 @@ class Hint(NamedTuple):
 def import_with_hints(
     function: Callable[..., list[Recording]], source: Any, model: Model | None, options: Options
 ) -> list[Recording]:
-    """Result of an importer; an error about units or times names the options that cure it, if there are any.
-
-    Args:
-        function: Importer, whose signature has all options.
-        source: Log to import.
-        model: Model of the described arm.
-        options: Options of the importer, by name.
-    """
+    """Result of an importer; an error about units or times names the options that cure it."""
     try:
         return function(source, model, **options)
     except (BadUnit, BadTime) as error:

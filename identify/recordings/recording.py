@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from ..arm.rigid_regressor import INERTIAL
 from ..arm.robot import Robot
@@ -218,7 +219,7 @@ class Recording(InNotebook):
     @classmethod
     def from_arrays(
         cls,
-        robot: Model | Path | str,
+        robot: Model | pin.Model | Path | str,
         t: Any,
         q: Any,
         *,
@@ -234,7 +235,7 @@ class Recording(InNotebook):
         """Create a recording of one run from arrays.
 
         Args:
-            robot: Nominal model, name of a built-in robot, or path of a robot.toml or URDF.
+            robot: Nominal model, Pinocchio model, name of a built-in robot, or path of a robot.toml or URDF.
             t: Time of the samples, shape (t,) [s].
             q: Position, shape (t, n) [rad].
             torque: Joint torque, shape (t, n) [N m].
@@ -254,7 +255,7 @@ class Recording(InNotebook):
         """
         arrays = {"position": q, "velocity": dq, "torque": torque, "current": current, **signals}
         body = None if mass is None else KnownPayload(known=known_parameters(mass, com))
-        model = read_model(robot) if isinstance(robot, Path | str) else robot
+        model = robot if isinstance(robot, Model) else read_model(robot)
         return cls(name, model, _signals(t, arrays, degrees), payload=body)
 
     @property

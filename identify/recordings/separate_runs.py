@@ -32,11 +32,6 @@ def separate_runs(
     """Runs of a recording from one file, each with a warning about its beginning; or the only run.
 
     The time of a run begins at its first position; beside it is the index of its first row in the file.
-
-    Args:
-        recording: Recording with the times in the file.
-        place: Function from the index of a row to its name in messages.
-        headings: Rows that follow a repetition of the names of the columns, and the place of the names.
     """
     position = recording.signals["position"]
     why = dict.fromkeys(headings, "the names of the columns stand again")

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..arm.robot import Held, Limits
+from ..arm.newton_euler import link_frames
+from ..arm.robot import FLANGE, Held, Limits
 from ..errors import BrokenTree, RobotError, UnknownJoint
 from .robot_keys import KEYS
 from .toml_fields import check_keys, matrix, number, numbers, string
@@ -38,6 +39,7 @@ class Kinematics:
     limits: Limits | None = None  # joint limits; None if the description has none
     # Placement of the flange in the last link's frame.
     flange: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    flange_name: str = FLANGE  # name of the flange's frame
     # Rotor inertia on the joint side, joint name -> [kg m^2].
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()  # implausible content of the description, one sentence each
@@ -132,13 +134,15 @@ def add_joint(
     return index
 
 
-def named_flange(placements: Mapping[str, pin.SE3], names: Sequence[str]) -> pin.SE3:
-    """Placement whose name ends in one of `names`, the most likely first; identity if there is none."""
+def named_flange(
+    model: pin.Model, placements: Mapping[str, pin.SE3], names: Sequence[str]
+) -> tuple[pin.SE3, str]:
+    """Placement whose name ends in one of `names`, the most likely first, and its name; or the last link."""
     for ending in names:
         for name, placement in placements.items():
             if name.lower().endswith(ending):
-                return pin.SE3(placement)
-    return pin.SE3.Identity()
+                return pin.SE3(placement), name
+    return pin.SE3.Identity(), link_frames(model)[-1].child
 
 
 def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
@@ -160,7 +164,7 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         )
         # not appendBodyToJoint, which adds and rotates and so loses the last digits
         model.inertias[index] = _body(row, where)
-    return Kinematics(model, doubts=body_doubts(model))
+    return Kinematics(model, doubts=body_doubts(model), flange_name=link)
 
 
 def body_doubts(model: pin.Model) -> tuple[str, ...]:

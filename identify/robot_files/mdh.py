@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.rigid_regressor import INERTIAL
+from ..arm.robot import FLANGE
 from ..errors import BrokenTree, RobotError
 from .kinematics import (
     Kinematics,
@@ -72,8 +73,8 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
             model.appendBodyToJoint(frame.joint, _body(row, where), frame.placement)
         frames[label] = frame
     last = [frame.placement for frame in fixed if frame.joint == model.njoints - 1]
-    flange = last[-1] if last else pin.SE3.Identity()
-    return Kinematics(model, None, flange, rotors, body_doubts(model))
+    flange = (last[-1], FLANGE) if last else (pin.SE3.Identity(), f"link{model.njoints - 1}")
+    return Kinematics(model, None, *flange, rotors, body_doubts(model))
 
 
 def _label(row: Mapping[str, Any], place: int, frames: Mapping[str, Part]) -> str:

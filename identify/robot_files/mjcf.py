@@ -19,9 +19,9 @@ from .mjcf_drives import effect_rows, limits_of, motor_coupling, torque_limits
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
 from .mjcf_names import HOLD, disabled, joint_equalities, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
-from .urdf import FLANGES
+from .urdf import FLANGES, TOOLS
 
-SITES = (*FLANGES, "attachment_site", "attachment")
+SITES = (*FLANGES, *TOOLS, "attachment_site", "attachment")
 """Names (or ends of names) of sites that carry payloads, the most likely first."""
 
 
@@ -105,7 +105,7 @@ def mjcf_kinematics(
     return Kinematics(
         tree,
         limits_of(model, joints, torque_limits(model, joints)),
-        _flange(model, parts, tree.njoints - 1),
+        *_flange(model, parts, tree),
         doubts=tuple(doubts),
         effects=effect_rows(model, joints),
         coupling=motor_coupling(model, joints, where),
@@ -166,8 +166,9 @@ def own_inertia(model: Any, body: int) -> pin.Inertia:
     return pin.Inertia(float(model.body_mass[body]), principal.translation, (about + about.T) / 2)
 
 
-def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
-    """Placement, in the last joint's frame, of the site or body whose name is that of a flange."""
+def _flange(model: Any, parts: Sequence[Part], tree: pin.Model) -> tuple[pin.SE3, str]:
+    """Placement, in the last joint's frame, of the site or body whose name is that of a flange; its name."""
+    last = tree.njoints - 1
     candidates = {
         name_of(model, "site", site): parts[model.site_bodyid[site]].placement
         * placement_of(model.site_pos[site], model.site_quat[site])
@@ -177,4 +178,4 @@ def _flange(model: Any, parts: Sequence[Part], last: int) -> pin.SE3:
     candidates |= {
         name_of(model, "body", body): part.placement for body, part in enumerate(parts) if part.joint == last
     }
-    return named_flange(candidates, SITES)
+    return named_flange(tree, candidates, SITES)

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..arm.newton_euler import joints_of
-from ..arm.robot import Held, Limits, PositionServo, Robot
+from ..arm.robot import FLANGE, Held, Limits, PositionServo, Robot
 from ..errors import RobotError, RobotWarning
 from ..file_names import looked_in
 from ..model import Model
@@ -23,7 +23,7 @@ from .kinematics import Kinematics, link_kinematics, read_placement
 from .mdh import mdh_kinematics, parse_mdh
 from .robot_keys import KEYS
 from .robot_text import FORMAT, RIGID_BODY, model_text, urdf_text
-from .urdf import read_choice, read_held
+from .urdf import pinocchio_kinematics, read_choice, read_held
 
 __all__ = ["builtin_names", "described_model", "model_text", "parse_model", "read_model", "urdf_text"]
 
@@ -48,14 +48,14 @@ def builtin_names() -> list[str]:
 
 
 def read_model(
-    source: str | Path,
+    source: str | Path | pin.Model,
     joints: Sequence[str] | None = None,
     held: Held = MappingProxyType({}),
 ) -> Model:
     """Model from a robot.toml, from a .urdf, .xacro or MJCF, or from the name of a built-in robot.
 
     Args:
-        source: Path of the file, or name of the robot.
+        source: Path of the file, name of the robot, or a Pinocchio model, which then is the description.
         joints: Joints of a .urdf, .xacro or MJCF that move; the others are held. None: all except `held`.
         held: Joints of a .urdf, .xacro or MJCF that are held away from zero, and their positions [rad, m].
 
@@ -65,6 +65,8 @@ def read_model(
     Raises:
         RobotError: The robot or file does not exist, or is wrong.
     """
+    if isinstance(source, pin.Model):
+        return described_model(source.name, pinocchio_kinematics(source))
     if str(source) in builtin_names():
         return parse_model(
             resources.files(__package__).joinpath("robots", f"{source}.toml").read_text("utf-8")
@@ -94,6 +96,7 @@ def described_model(name: str, kinematics: Kinematics) -> Model:
         kinematics.model,
         limits,
         flange=kinematics.flange,
+        flange_name=kinematics.flange_name,
         coupling=kinematics.coupling,
         held=kinematics.held,
         gear_ratio=kinematics.gear_ratio,
@@ -158,18 +161,30 @@ def _robot(table: Mapping[str, Any], kinematics: Kinematics) -> Robot:
     model.name = toml.string(table.get("name", model.name), "name")
     if "gravity" in table:
         model.gravity = pin.Motion(_gravity(table["gravity"]), np.zeros(3))
-    flange = kinematics.flange
-    if "flange" in table:
-        toml.check_keys(table["flange"], KEYS["[flange]"], "[flange]")
-        flange = read_placement(table["flange"], "[flange]")
     known: dict[str, Any] = {"coupling": kinematics.coupling, "gear_ratio": kinematics.gear_ratio}
+    known["flange"], known["flange_name"] = _flange(table, kinematics)
     known |= _drive(table.get("drive", {}), model.nv)
     known["inertias_stated"] = "inertial_tolerance" in table
     if known["inertias_stated"]:
         known["inertial_tolerance"] = toml.number(table["inertial_tolerance"], "inertial_tolerance", 0.0)
     revolute = np.array([joint.revolute for joint in joints_of(model)])
     limits = _limits(table.get("limits", {}), kinematics.limits or Limits.none(model.nv), revolute)
-    return Robot(model.name, model, limits, flange=flange, held=kinematics.held, **known)
+    return Robot(model.name, model, limits, held=kinematics.held, **known)
+
+
+def _flange(table: Mapping[str, Any], kinematics: Kinematics) -> tuple[pin.SE3, str]:
+    """Placement and name of the flange: as stated, that of a named link, or that of the description."""
+    if "flange" not in table:
+        return kinematics.flange, kinematics.flange_name
+    stated, model = table["flange"], kinematics.model
+    toml.check_keys(stated, KEYS["[flange]"], "[flange]")
+    name = toml.string(stated.get("frame", FLANGE), "[flange] frame")
+    if set(stated) != {"frame"}:
+        return read_placement(stated, "[flange]"), name
+    links = {f.name: f.placement for f in model.frames if f.parentJoint == model.njoints - 1}
+    if name not in links:
+        raise RobotError(f"[flange] frame: {name!r}; valid, moved by the last joint: {', '.join(links)}")
+    return pin.SE3(links[name]), name
 
 
 def _drive(table: Mapping[str, Any], n: int) -> dict[str, Any]:

@@ -61,6 +61,7 @@ KEYS: dict[str, dict[str, str]] = {
         "coupling": "motor velocity over gear ratio = coupling x joint velocity; identity: none [-]",
     },
     "[flange]": {
+        "frame": "name of the flange; alone: of a link of the description that the last joint moves",
         "origin": "position of the flange [m]",
         "rotation": "rotation matrix of the flange [-]",
         "rpy": "roll, pitch and yaw of the flange [rad]",

@@ -14,7 +14,7 @@ import pinocchio as pin
 from exidyn.quoting import xml_document
 
 from ..arm.newton_euler import Joint, LinkFrame, joints_of, link_frames
-from ..arm.robot import PositionServo, Robot
+from ..arm.robot import FLANGE, PositionServo, Robot
 from ..effects import Effect, name_of
 from ..measurements import Measurement, measurement_name
 from ..model import Model
@@ -43,7 +43,7 @@ def model_text(model: Model) -> str:
     if not any(effect.of_links for effect in model.effects):
         head["rigid_body"] = False
     blocks = [lines(head), _limits(robot)]
-    blocks += [block("[drive]", _drive(robot)), block("[flange]", _placement(robot.flange))]
+    blocks += [block("[drive]", _drive(robot)), block("[flange]", _flange(robot))]
     blocks += [block("[[link]]", link | _inertia(robot, i)) for i, link in enumerate(_links(robot))]
     written: set[str] = set()
     for place, effect in enumerate(model.effects):
@@ -62,7 +62,7 @@ def model_text(model: Model) -> str:
 
 def moving_text(robot: Robot) -> str:
     """A robot.toml with only geometry and limits, without masses."""
-    blocks = [_limits(robot), block("[flange]", _placement(robot.flange))]
+    blocks = [_limits(robot), block("[flange]", _flange(robot))]
     return "\n\n".join([*blocks, *(block("[[link]]", link) for link in _links(robot))]) + "\n"
 
 
@@ -92,6 +92,11 @@ def servo_keys(servo: PositionServo) -> dict[str, Any]:
 
 def _placement(placement: pin.SE3) -> dict[str, Any]:
     return {"origin": placement.translation, "rotation": placement.rotation}
+
+
+def _flange(robot: Robot) -> dict[str, Any]:
+    named = {} if robot.flange_name == FLANGE else {"frame": robot.flange_name}
+    return named | _placement(robot.flange)
 
 
 def _links(robot: Robot) -> list[dict[str, Any]]:

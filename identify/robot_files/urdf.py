@@ -19,8 +19,11 @@ from .xacro_macros import expanded
 
 XACRO = ".xacro"
 ENDINGS = (".urdf", XACRO)
-FLANGES = ("flange", "tool0", "tool_flange", "ee_link", "end_effector", "tcp", "link_ee")
-"""Names (or ends of names) of links that carry payloads, the most likely first."""
+FRANKA = ("panda_link8", "fer_link8", "fr3_link8", "fp3_link8", "fr3v2_link8")
+FLANGES = ("tool0", *FRANKA, "flange")
+"""Names (or ends of names) of a controller's own flange, the most likely first; a tool may be fixed to it."""
+TOOLS = ("ee_link", "end_effector", "tcp", "link_ee")
+"""Names, or ends of names, of links that carry payloads if nothing is fixed to them."""
 FAR = 1e300
 """A limit that no joint reaches and that urdfdom, which has no infinity, can read."""
 
@@ -62,7 +65,21 @@ def parse_urdf(
     unlimited = np.full(model.nv, np.inf)
     described = Limits(lower, upper, velocity, unlimited, unlimited, effort)
     doubts = tuple(urdf_doubts(root, where))
-    return Kinematics(model, described, _flange(model, root), doubts=doubts, held=dict(held))
+    return Kinematics(model, described, *_flange(model, root), doubts=doubts, held=dict(held))
+
+
+def pinocchio_kinematics(model: pin.Model) -> Kinematics:
+    """Kinematics of a Pinocchio model; limits of zero, and those beyond `FAR`, are infinite."""
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    bounded = (lower < upper) & (np.abs([lower, upper]).max(axis=0) < FAR)
+    position = np.where(bounded, lower, -np.inf), np.where(bounded, upper, np.inf)
+    velocity, effort = (
+        np.where((limit > 0.0) & (limit < FAR), limit, np.inf)
+        for limit in (model.velocityLimit, model.effortLimit)
+    )
+    unlimited = np.full(model.nv, np.inf)
+    limits = Limits(*position, velocity, unlimited, unlimited, effort)
+    return Kinematics(model, limits, *_flange(model, ElementTree.Element("robot")))
 
 
 def movable_joints(text: str, where: str = "URDF") -> tuple[list[str], list[str]]:
@@ -173,14 +190,14 @@ def _load(text: str, where: str) -> pin.Model:
     return model
 
 
-def _flange(model: pin.Model, root: Element) -> pin.SE3:
-    """Placement, in the last joint's frame, of the leaf link whose name is that of a flange."""
+def _flange(model: pin.Model, root: Element) -> tuple[pin.SE3, str]:
+    """Placement, in the last joint's frame, of the link whose name is that of a flange, and its name."""
     parents = {link_at(joint, "parent") for joint in root.findall("joint")}
-    leaves = {
+    candidates = {
         frame.name: frame.placement
         for frame in model.frames
         if frame.type == pin.FrameType.BODY
         and frame.parentJoint == model.njoints - 1
-        and frame.name not in parents
+        and (frame.name.lower().endswith(FLANGES) or frame.name not in parents)
     }
-    return named_flange(leaves, FLANGES)
+    return named_flange(model, candidates, (*FLANGES, *TOOLS))

@@ -38,16 +38,8 @@ def simulate(
 ) -> Recording:
     """Record a motion that a plant follows exactly.
 
-    Args:
-        plant: Model of the real arm, with any payload as one of its effects.
-        values: Parameters of the plant, shape (p,).
-        gain: Drive gains of the plant, shape (n,) [N m/A].
-        motion: Motion of the joints.
-        nominal: Nominal model to store in the recording.
-        sensors: Noise and resolution of the sensors.
-        payload: Payload to store in the recording; None for none.
-        name: Name of the recording.
-        seed: Seed of the noise.
+    The plant has parameters `values` (p,), drive gains `gain` (n,) [N m/A], and any payload as one of its
+    effects; `nominal` and `payload` are stored in the recording.
     """
     random = np.random.default_rng(seed)
     with_payload = replace(motion, payload=payload.name if payload else "")

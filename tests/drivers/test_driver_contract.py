@@ -32,19 +32,13 @@ def arm(name):
 
 @dataclass
 class Session:
-    """One driver from opening to closing.
+    """One driver from opening to closing."""
 
-    Attributes:
-        info: Its metadata.
-        before: Samples with nothing commanded.
-        during: Samples while it was commanded to move, and its commanded positions.
-        after: Samples after a quick stop.
-    """
-
-    info: object = None
-    before: list[Sample] = field(default_factory=list)
+    info: object = None  # its metadata
+    before: list[Sample] = field(default_factory=list)  # samples with nothing commanded
+    # samples while it was commanded to move, and its commanded positions
     during: list[tuple[Sample, np.ndarray]] = field(default_factory=list)
-    after: list[Sample] = field(default_factory=list)
+    after: list[Sample] = field(default_factory=list)  # samples after a quick stop
 
     @property
     def samples(self):

@@ -15,11 +15,7 @@ MARK = "EXIDYN_TEST_MARK"
 
 
 class Started:
-    """A command that runs.
-
-    Attributes:
-        process: Of the command itself.
-    """
+    """A command that runs."""
 
     def __init__(self, process: subprocess.Popen, mark: str) -> None:
         self.process, self._mark = process, f"{MARK}={mark}".encode()

@@ -2,15 +2,7 @@
 
 
 def lay_out(folder, group, entry, text, module):
-    """One module, and one entry point of a group; it is installed once the folder is on the path.
-
-    Args:
-        folder: Where to.
-        group: Such as exidyn.effects.
-        entry: Such as "name = module:Class".
-        text: Of the module.
-        module: Its name.
-    """
+    """One module, and one entry point of a group; it is installed once the folder is on the path."""
     (folder / f"{module}.py").write_text(text)
     info = folder / f"{module}-1.0.dist-info"
     info.mkdir()

@@ -27,15 +27,10 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 @dataclass(frozen=True)
 class Need:
-    """Something that tests need from the operating system.
+    """Something that tests need from the operating system."""
 
-    Attributes:
-        packages: Debian packages that bring it; empty where no package does.
-        problem: Returns why this machine cannot offer it, or an empty text.
-    """
-
-    packages: tuple[str, ...]
-    problem: Callable[[], str]
+    packages: tuple[str, ...]  # debian packages that bring it; empty where no package does
+    problem: Callable[[], str]  # returns why this machine cannot offer it, or an empty text
 
     @property
     def reason(self) -> str:

@@ -25,12 +25,7 @@ class Abort(Exception):
 class Node:
     """A drive.
 
-    Args:
-        number: On the network.
-        send: Sends a frame: identifier, data.
-        emit: Prints an event.
-        speed: Most that the motor can do [counts/s].
-        rated: Rated current [mA].
+    `speed` is the most that the motor can do [counts/s], `rated` its rated current [mA].
     """
 
     def __init__(self, number, send, emit, speed, rated):

@@ -54,13 +54,7 @@ def command(word):
 
 
 class LocalDrive:
-    """What is behind the dictionary of a LocalNode.
-
-    Args:
-        node: The LocalNode, on a network.
-        position: Where it stands [counts].
-        emit: Prints an event.
-    """
+    """What is behind the dictionary of a LocalNode."""
 
     def __init__(self, node, position, emit=print):
         self.node, self.emit = node, emit

@@ -31,11 +31,7 @@ RANGES = list(MIT_RANGES)
 class Motor:
     """One motor.
 
-    Args:
-        number: Identifier of its commands.
-        master: Identifier of its answers.
-        damiao: Whether its maker is; else it is T-Motor.
-        short: Whether it answers in six bytes (T-Motor's older firmware).
+    With `short`, it answers in six bytes, as the older firmware of T-Motor.
     """
 
     def __init__(self, number, master, damiao, short):

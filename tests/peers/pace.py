@@ -14,11 +14,7 @@ LOST = 0.05
 class Pace:
     """The arm's time beside that of its messages.
 
-    Args:
-        plant: The arm.
-
-    Attributes:
-        lockstep: One cycle passes with each message whatever the clock shows, as for a host that does so too.
+    In lockstep, one cycle passes with each message whatever the clock shows, as for a host that does so too.
     """
 
     def __init__(self, plant):

@@ -80,11 +80,6 @@ class Peer:
 
     While it runs, it and all drivers share a virtual clock, unless its controller keeps one of its own.
 
-    Args:
-        script: Its file beside this one.
-        arguments: Of its command line.
-        shared: Whether it takes part in the virtual clock; as the class says if None.
-
     Attributes:
         address: What it printed after "ready".
     """

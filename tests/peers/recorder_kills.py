@@ -17,19 +17,12 @@ LONGEST = 60.0
 
 
 class Left(NamedTuple):
-    """What a kill left.
+    """What a kill left."""
 
-    Attributes:
-        file: The recording, whole or not.
-        recording: As it is read.
-        lost_ms: Time from the last cycle in the file to the last that had been handed over [ms].
-        printed: Last line of the program that fed the recorder; empty if it was killed.
-    """
-
-    file: Path
-    recording: object
-    lost_ms: float
-    printed: str
+    file: Path  # the recording, whole or not
+    recording: object  # as it is read
+    lost_ms: float  # time from the last cycle in the file to the last that had been handed over [ms]
+    printed: str  # last line of the program that fed the recorder; empty if it was killed
 
 
 def kill(folder: Path, victims: tuple[str, ...], after: float) -> Left:

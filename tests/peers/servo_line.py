@@ -60,12 +60,7 @@ class MovedArm:
 class ServoLine:
     """All servos of an arm; a protocol defines what packets mean.
 
-    Args:
-        plant: The arm.
-        cycle: Of its movement [s].
-        gear: Turns of a servo in a turn of its joint.
-        baudrate: Bytes take their time at this rate; zero for none.
-        mirror: Servos are at their goals at once and send that: a host sees which question is answered.
+    With a baudrate, bytes take their time. With `mirror`, servos are at their goals at once and send that.
     """
 
     def __init__(self, plant, cycle, gear, baudrate=0, mirror=False):

@@ -157,11 +157,7 @@ class Collision(Clearance):
         by design, like the first and third joint of a wrist. A pair with an obstacle is excluded only if at
         most one joint moves the body, such as the column of an arm on its table.
 
-        Args:
-            robot: Robot whose joints carry the bodies.
-            geometry: Geometry that `read_geometry` returns for this robot.
-            required: Required distance [m].
-            ignored: Pairs of link names that are not checked.
+        The required distance is in m; pairs of links that are ignored are not checked.
 
         Raises:
             RobotError: The geometry belongs to another robot, or an ignored link has no body.

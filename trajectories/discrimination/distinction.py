@@ -111,12 +111,7 @@ def distinguish(
 ) -> list[Distinction]:
     """How well a motion distinguishes every pair of a goal's hypotheses.
 
-    Args:
-        goal: Hypotheses, and how torque is observed.
-        motion: Motion of one run.
-        limits: Finite limits of other motions.
-        seconds: Duration of the run [s].
-        remedies: Remedies to evaluate for pairs that the run leaves open.
+    The run takes `seconds` [s]; remedies are evaluated for pairs that it leaves open.
     """
     explanations, distinctions = goal.explanations(motion), []
     for pair in combinations(range(len(goal.hypotheses)), 2):

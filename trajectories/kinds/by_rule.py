@@ -105,15 +105,7 @@ def by_rule(
     joints: Sequence[int] = (),
     progress: Progress = lambda _: None,
 ) -> Plan:
-    """Plan of a run of one kind.
-
-    Args:
-        kind: A name in `KINDS`.
-        model: Model of the arm.
-        wishes: Planning options.
-        joints: Joints that move, from 0; all by default.
-        progress: Called with a sentence at each stage.
-    """
+    """Plan of a run of one kind in `KINDS`, on joints from 0; on all by default."""
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
     space = Workspace(limits, wishes.tick, wishes.clearances)
     with in_words_of(model.robot):

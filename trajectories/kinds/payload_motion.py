@@ -4,15 +4,15 @@ The search minimizes the mean relative standard deviation of the payload's ten p
 offsets are unknown and the arm is known (D_s-optimality). Its torque bound has the arm without payload and
 with a heavy one. Afterwards the torque is bounded for all payloads at once: it is linear
 in mass, center and inertia, so that its extremes are at no mass or at the largest one. If that exceeds a
-limit, the motion is planned again with more margin.
+limit, a slower motion is planned: torque beyond that of creeping along it falls with the square of speed.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.rigid_regressor import INERTIAL, body_regressor
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.effects import Payload, Prior, known_parameters
@@ -29,7 +29,7 @@ from ..search.criteria import Focus
 from ..search.experiment import Experiment
 from ..search.goals import Identify
 from ..search.torque_bound import TorqueBound
-from ..trajectory import Trajectory
+from ..trajectory import States, Trajectory
 from .rests import Workspace
 from .static_poses import static_poses
 
@@ -53,7 +53,13 @@ DRAWN = 400
 NARROWER = (1.0, 0.5, 0.3)
 """Share of the joints' ranges that the poses use, in each round."""
 ROUNDS = 3
-"""Number of plans that are tried, each with the margin that the last one lacked."""
+"""Number of plans that are tried, each as slow as the last one had to be."""
+SPARE = 0.9
+"""Speed of the next plan over that at which the last one would need the whole torque limit."""
+SLOWEST = 0.3
+"""Smallest such speed."""
+CREEPING = 1e-6
+"""Speed at which gravity and Coulomb friction remain, over that of the motion."""
 SPACING = 0.01
 """Sampling period for the torque [s]: at 3 rad/s a joint moves by 0.03 rad, and its torque changes little."""
 
@@ -97,6 +103,40 @@ class AnyPayload:
         return np.maximum(np.abs(empty), loaded)
 
 
+@dataclass(frozen=True)
+class Need:
+    """Torque that any payload and any likely arm needs, as shares of the torque limit of one joint."""
+
+    share: float  # of the motion; 0 without limits
+    still: float  # of creeping along it
+    joint: str  # the joint with the largest share
+    fit_helps: bool  # whether the nominal arm keeps to the limits
+
+    @classmethod
+    def of(cls, model: Model, shares: np.ndarray, creeping: np.ndarray) -> "Need":
+        """Need from `_shares` of a motion, shape (2, t, n), and from those of creeping, shape (t, n)."""
+        if not np.any(np.isfinite(model.robot.limits.torque)):
+            return cls(0.0, 0.0, "", False)
+        likely, nominal = np.max(shares, axis=1)
+        joint = int(np.argmax(likely))
+        still = float(np.max(creeping[:, joint]))
+        return cls(float(likely[joint]), still, model.robot.joints[joint], bool(np.max(nominal) <= 1.0))
+
+    def __str__(self) -> str:
+        return f"{self.joint} could need {100 * self.share:.0f} % of its torque limit"
+
+    def slower(self, margins: Margins) -> Margins:
+        """Margins with which the same motion would need less than the limit."""
+        speed = SPARE * np.sqrt(max(1.0 - self.still, 0.0) / max(self.share - self.still, 1.0 - self.still))
+        speed = float(np.clip(speed, SLOWEST, SPARE))
+        return replace(
+            margins,
+            velocity=1.0 - (1.0 - margins.velocity) * speed,
+            acceleration=1.0 - (1.0 - margins.acceleration) * speed**2,
+            jerk=1.0 - (1.0 - margins.jerk) * speed**3,
+        )
+
+
 def payload_plan(
     model: Model,
     payloads: AnyPayload,
@@ -109,57 +149,47 @@ def payload_plan(
     iterations: int | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Plan:
-    """Plan the motion that identifies a payload best.
+    """Plan the motion that identifies a payload best, with the search options of `planner.plan`.
 
-    Args:
-        model: Nominal model of the arm; that of `wishes.fit`, if there is one.
-        payloads: Payloads that the motion must allow.
-        wishes: Planning options; `seconds` is the duration of the entire motion.
-        poses: Whether to rest at poses instead: mass and center only, for arms that must be slow.
-        starts: Number of starts of the search.
-        seed: Seed of the first start.
-        seconds: Duration of the search [s].
-        iterations: Iterations of each start, which replace the duration.
-        progress: Called with sentences on the progress.
+    The wished duration is that of the entire motion. With `poses`, the arm rests at poses instead, for arms
+    that must be slow: they show mass and center only.
 
     Raises:
         BadLimits: Limits are missing, or no joint can move within them.
         Infeasible: No motion keeps to all limits with every payload.
     """
     arm = model if wishes.fit is None else learned(wishes.fit)
-    # one period, so that the motion has low frequencies too, between rests and leads
-    core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
+    inside, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
+    _require(_folded(arm, payloads, wishes, inside, seed)[1], payloads)
     for number in range(ROUNDS):
         if poses:
             motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
         else:
-            try:
-                [motion] = plan(
-                    arm, replace(wishes, seconds=core, period=wishes.period or core),
-                    goal=weigh_goal(arm, payloads, wishes), starts=starts, seed=seed,
-                    seconds=seconds / ROUNDS, iterations=iterations, progress=progress,
-                )  # fmt: skip
-            except Infeasible as error:
-                raise Infeasible(f"{payloads}: {error}. Or try a smaller --up-to or --reach") from error
-        share = largest_share(motion.trajectory, arm, payloads, wishes)
-        if share <= 1.0:
-            used = (
-                f"at most {100 * share:.0f} % of a torque limit" if share else "no torque limits are stated"
-            )
-            words = (
-                f"any up to {payloads.mass:g} kg, center within {payloads.reach:g} m of the flange: {used}"
-            )
-            details = {**motion.details, "payload": words, HEAVIEST: payloads.mass}
-            return replace(motion, criterion="" if poses else "focus on payload", details=details)
-        next_round = (
-            f"; searching again with more margin, {number + 2} of {ROUNDS}" if number + 1 < ROUNDS else ""
-        )
-        progress(f"the motion could need {100 * share:.0f} % of a torque limit with a payload{next_round}")
-        margins = replace(wishes.margins, torque=1.0 - (1.0 - wishes.margins.torque) / share)
-        wishes = replace(wishes, margins=margins)
-    raise Infeasible(
-        f"{payloads}: it could need {100 * share:.0f} % of a torque limit. Try a smaller --up-to or --reach"
-    )
+            motion = _searched(
+                arm, payloads, wishes, starts=starts, seed=seed, seconds=seconds / ROUNDS,
+                iterations=iterations, progress=progress,
+            )  # fmt: skip
+        need = largest_need(motion.trajectory, arm, payloads, wishes)
+        if need.share <= 1.0:
+            break
+        progress(f"{need}: planning a slower motion")
+        wishes = replace(wishes, margins=need.slower(wishes.margins))
+    _require(need, payloads)
+    used = f"at most {100 * need.share:.0f} % of a torque limit" if need.joint else "no torque limits known"
+    words = f"any up to {payloads.mass:g} kg, center within {payloads.reach:g} m of the flange: {used}"
+    details = {**motion.details, "payload": words, HEAVIEST: payloads.mass}
+    return replace(motion, criterion="" if poses else "focus on payload", details=details)
+
+
+def _searched(arm: Model, payloads: AnyPayload, wishes: Wishes, **search: Any) -> Plan:
+    # one period, so that the motion has low frequencies too, between rests and leads
+    core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
+    wishes = replace(wishes, seconds=core, period=wishes.period or core)
+    try:
+        [motion] = plan(arm, wishes, goal=weigh_goal(arm, payloads, wishes), **search)
+    except Infeasible as error:
+        raise Infeasible(f"{payloads}: {error}. Or try a smaller --up-to or --reach") from error
+    return motion
 
 
 def weigh_goal(model: Model, payloads: AnyPayload, wishes: Wishes) -> Identify:
@@ -195,7 +225,7 @@ def _poses(model: Model, payloads: AnyPayload, wishes: Wishes, share: float, see
         jerk=max(wishes.margins.jerk, 1.0 - CALM**2),
     )
     limits, _ = usable(model.robot, calm)
-    start = wishes.start if wishes.start is not None else _folded(model, payloads, limits, seed)
+    start = wishes.start if wishes.start is not None else _folded(model, payloads, wishes, limits, seed)[0]
     window = 0.5 * share * (limits.position_upper - limits.position_lower)
     window = window if wishes.window is None else np.minimum(window, wishes.window)
     limits, assumed = usable(model.robot, calm, window, start)
@@ -210,32 +240,45 @@ def _poses(model: Model, payloads: AnyPayload, wishes: Wishes, share: float, see
     )  # fmt: skip
 
 
-def _folded(model: Model, payloads: AnyPayload, limits: Limits, seed: int) -> np.ndarray:
-    """The random pose in which payloads need the smallest share of the torque limits, shape (n,)."""
+def _folded(
+    model: Model, payloads: AnyPayload, wishes: Wishes, limits: Limits, seed: int
+) -> tuple[np.ndarray, Need]:
+    """The random pose, shape (n,), in which payloads at rest need the least of the torque limits."""
     lower, upper = limits.position_lower, limits.position_upper
     position = np.random.default_rng(seed).uniform(lower, upper, (DRAWN, len(lower)))
     still = np.zeros_like(position)
-    states = Motion.of(np.arange(DRAWN) * 1.0, position, still, still)
-    columns = body_regressor(model.robot.kinematics, states, model.robot.flange)
-    resting = replace(model, effects=tuple(e for e in model.effects if e.pointwise and not e.guessed))
-    empty = resting.torque(resting.loaded(states), resting.nominal_values)
-    limit = np.where(np.isfinite(limits.torque), limits.torque, 1.0)
-    return position[int(np.argmin(np.max(payloads.largest_torque(empty, columns) / limit, axis=1)))]
+    states = States(np.arange(DRAWN) * 1.0, position, still, still, still)
+    shares = _shares(states, model, payloads, wishes)
+    best = int(np.argmin(np.max(shares, axis=(0, 2))))
+    return position[best], Need.of(model, shares[:, [best]], shares[0, [best]])
 
 
-def largest_share(motion: Trajectory, model: Model, payloads: AnyPayload, wishes: Wishes) -> float:
-    """Largest share of a torque limit that any payload and any likely arm needs; 0 without limits.
+def _require(need: Need, payloads: AnyPayload) -> None:
+    """Refuse payloads that need more than a torque limit."""
+    if need.share > 1.0:
+        cure = "Give a fit of the arm (--fit), or try" if need.fit_helps else "Try"
+        raise Infeasible(f"{payloads}: {need}. {cure} a smaller --up-to or --reach")
 
-    Limits are those of the robot without margin.
+
+def largest_need(motion: Trajectory, model: Model, payloads: AnyPayload, wishes: Wishes) -> Need:
+    """The share of the torque limits that any payload and any likely arm needs."""
+    states = motion.every(SPACING)
+    slow, still = CREEPING * states.velocity, np.zeros_like(states.velocity)
+    creeping = _shares(states._replace(velocity=slow, acceleration=still), model, payloads, wishes)
+    return Need.of(model, _shares(states, model, payloads, wishes), creeping[0])
+
+
+def _shares(states: States, model: Model, payloads: AnyPayload, wishes: Wishes) -> np.ndarray:
+    """Share of the torque limits that any payload needs, on any likely arm and on the nominal one, (2, t, n).
+
+    Limits are those of the robot without margin; without limits, shares are torques [N m].
     """
-    limits = model.robot.limits
-    limited = np.isfinite(limits.torque)
-    if not np.any(limited):
-        return 0.0
+    limit = model.robot.limits.torque
     inside, _ = usable(model.robot, Margins(), None, None)
     spread = torque_spread(model, inside, ("",), wishes.sure, wishes.fit)
-    bound = TorqueBound(model, limits.torque, ("",), spread)
-    states = motion.every(SPACING)
+    bound = TorqueBound(model, limit, ("",), spread)
     columns = body_regressor(model.robot.kinematics, states.motion(), model.robot.flange)
-    torque = payloads.largest_torque(bound.torque(states, ""), columns) + bound.band(states, "")
-    return float(np.max(torque[:, limited] / limits.torque[limited]))
+    torque = payloads.largest_torque(bound.torque(states, ""), columns)
+    return np.stack([torque + bound.band(states, ""), torque]) / (
+        limit if np.any(np.isfinite(limit)) else 1.0
+    )

@@ -49,11 +49,8 @@ def single_joint_runs(
 
     Position, velocity and acceleration are zero at both ends of a period, so no lead is needed.
 
-    Args:
-        space: Limits, sampling period and clearances; a joint's excursion shrinks to its clear range.
-        joints: Joints that move, counted from 0, in this order.
-        pose: Pose at which each joint begins and ends, and the others rest, shape (n,) [rad].
-        begin: Called with each joint before its motions are made.
+    Each joint begins and ends at the pose (n,) [rad], where the others rest; its excursion shrinks to its
+    clear range.
 
     Raises:
         Infeasible: The pose is not clear, or a joint has no room to move.

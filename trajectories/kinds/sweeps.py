@@ -38,11 +38,7 @@ def constant_velocity_sweeps(
     is equal. The velocities of a joint go from a hundredth to six tenths of its limit, or to less if its
     range is too short to cruise for a second.
 
-    Args:
-        space: Limits, sampling period and clearances; a joint's range shrinks to its clear range.
-        joints: Joints that sweep, counted from 0.
-        pose: Pose of the joints that do not sweep, shape (n,) [rad].
-        begin: Called with each joint before its sweeps are made, as collision checks take time.
+    The other joints rest at the pose (n,) [rad]; ranges shrink to what is clear.
 
     Raises:
         Infeasible: The pose is not clear, or a joint has no room to cruise.

@@ -182,11 +182,7 @@ def learned(fit: Fit) -> Model:
 def two_models(models: Sequence[Model], names: Sequence[str], limits: Limits, rows: float) -> Discriminate:
     """The goal to distinguish models.
 
-    Args:
-        models: Models with one explanation each and the values of its effects; the first gives the noise.
-        names: Names of the models.
-        limits: Limits of the motion.
-        rows: Number of independent rows of the run.
+    Each has one explanation with the values of its effects; the first gives the noise.
 
     Raises:
         RobotError: The parameters that one model has beyond another have no values, so it explains nothing.

@@ -201,11 +201,7 @@ def whole_run(
 ) -> Run:
     """Rest, lead-in, whole periods, lead-out, rest, with the shortest leads that keep to all limits.
 
-    Args:
-        series: Series whose period is a whole number of sampling periods.
-        limits: Limits of the series and the leads.
-        wishes: Planning options; `seconds` is the least duration of the periods together.
-        torques: Function from states to the torque of each run, for the check.
+    The periods together take at least the wished duration.
 
     Raises:
         Infeasible: No phase of the period has feasible leads.

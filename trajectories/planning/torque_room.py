@@ -20,12 +20,8 @@ def torque_spread(
 ) -> TorqueSpread | None:
     """Uncertainty of the torque; None if no parameter is uncertain, or no torque is limited.
 
-    Args:
-        model: Model whose nominal torque must keep to the limits.
-        limits: Limits of the motion.
-        payloads: Payload in each run.
-        sure: Share of possible arms that must keep to the limits; 0 for the nominal model alone.
-        fit: Fit of earlier runs; its estimates replace the priors, and its residual counts as uncertainty.
+    `sure` is the share of possible arms that must keep to the limits. The estimates of a fit replace the
+    priors, and its residual counts as uncertainty.
     """
     if not sure or not np.any(np.isfinite(limits.torque)):
         return None

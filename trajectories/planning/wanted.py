@@ -29,12 +29,6 @@ def wanted_names(
 ) -> list[str]:
     """Names of base parameters, or beginnings of names, that phrases mean.
 
-    Args:
-        phrases: Words of the user; commas separate phrases.
-        names: Names of the base parameters.
-        joints: Names of the joints.
-        payloads: Names of the payloads in the runs.
-
     Raises:
         UnknownChoice: A phrase means no base parameter; the message suggests the most similar one.
     """

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,10 @@ from exidyn.identification.notebook import InNotebook
 from exidyn.identification.robot_files.robot_text import model_text, moving_text
 
 from ..errors import NotATrajectory
-from ..trajectory import Trajectory
+from ..trajectory import States, Trajectory
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 HASH_DIGITS = 16
 """Number of hexadecimal digits, of 64: 64 bits, so that no two robots have the same hash by chance."""
@@ -42,6 +45,14 @@ class Plan(InNotebook):
     assumed: tuple[str, ...] = ()  # sentences on assumptions
     # Whether it was read from a file without a checksum, which a person wrote or changed.
     edited: bool = False
+
+    if TYPE_CHECKING:  # `exidyn.api` binds it
+
+        def save(self, path: Path | str) -> Path: ...
+
+    def to_arrays(self, tick: float | None = None) -> States:
+        """Time (t,) [s], position, velocity, acceleration and jerk (t, n), every `tick` or `self.tick`."""
+        return self.trajectory.every(tick or self.tick)
 
     def __post_init__(self) -> None:
         n = self.trajectory.dof

@@ -105,12 +105,7 @@ def nominal_torque(plan: Plan, model: Model) -> Torque:
 
 
 def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
-    """Sentences on violations of the plan's limits by the motion, with stops and jumps.
-
-    Args:
-        plan: Plan with limits restricted to those of the robot by `plan_limits.within`.
-        torque: Torque of the plan, if the model is known.
-    """
+    """Sentences on violations of the plan's limits, after `within`, by the motion, with stops and jumps."""
     limit_violations = check(plan.trajectory, _known_or_used(plan), spacing(plan))
     if torque is not None:
         limit_violations += beyond("torque", *torque.use[1:])

@@ -6,7 +6,6 @@ that a disk, a copy or an editor has changed would leave a well-formed motion.
 """
 
 import hashlib
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
@@ -47,11 +46,11 @@ CHECKSUM = re.compile(r'^checksum = "([^"\n]*)"\r?\n', re.MULTILINE)
 REMARK = "# A motion planned by exidyn, in SI units; 'exidyn excite --show' plots it."
 
 
-def write_plan(plan: Plan, path: Path | str) -> None:
-    """Write a trajectory file; it gets its name only when it is complete."""
+def write_plan(plan: Plan, path: Path | str) -> Path:
+    """Write a trajectory file; it gets its name only when it is complete. Returns its path."""
     part = Path(path).with_name(Path(path).name + ".part")
     part.write_text(plan_text(plan), encoding="utf-8")
-    os.replace(part, path)
+    return part.replace(path)
 
 
 def read_plan(path: Path | str) -> Plan:

@@ -47,12 +47,7 @@ def within(plan: Plan, robot: Robot) -> Plan:
 
 
 def file_warnings(plan: Plan, robot: Robot | None = None) -> list[str]:
-    """Warnings on the plan's file for an operator; none for a file that exidyn wrote.
-
-    Args:
-        plan: Plan as read, before `within`.
-        robot: Robot with the same joints, if known.
-    """
+    """Warnings on the file of a plan, before `within`, for an operator; none if exidyn wrote it."""
     warnings = [f"{EDITED}. {CHECKED_ANEW if robot else NAME_ROBOT}"] if plan.edited else []
     if robot is None:
         return warnings

@@ -141,14 +141,7 @@ NEAR = 0.9
 def plan_page(
     plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
 ) -> str:
-    """HTML of the page.
-
-    Args:
-        plan: Plan to show.
-        beyond: Sentences on violations of the robot's limits.
-        torque: Nominal torque, plotted if it is known.
-        around: Surroundings of the motion, drawn if they are known.
-    """
+    """HTML of the page."""
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
     figures = [

@@ -80,11 +80,7 @@ def read_trajectory(table: object, where: str) -> Trajectory:
 def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str], before: str) -> dict[str, Any]:
     """Some fields of a dataclass from a table; those with a default may be missing.
 
-    Args:
-        kind: The dataclass.
-        table: Table of the file.
-        names: Names of the fields.
-        before: Text before a field's name in messages.
+    `before` is the text before the name of a field in messages.
 
     Raises:
         RobotError: A value is invalid for its key.

@@ -27,11 +27,6 @@ def design_model(model: Model, limits: Limits, spacing: float) -> Model:
     Friction that reverses within milliradians per second is a step between two samples, with zero gradient
     everywhere else. A row of the equations is a mean over its sampling period, in which friction reverses as
     gradually as here.
-
-    Args:
-        model: Nominal model.
-        limits: Limits with finite acceleration.
-        spacing: Time between samples [s].
     """
     change = 0.5 * float(np.median(limits.acceleration)) * spacing  # half: the mean of a sinusoid
     return _gradual(model, min(change, WIDEST))
@@ -126,10 +121,6 @@ def with_drive_gains(model: Model) -> Model:
 
 def with_shapes(model: Model, keys: Sequence[str]) -> Model:
     """The model with the shapes of the named effects unknown, joint by joint where they may differ.
-
-    Args:
-        model: Robot and effects.
-        keys: Names in `EFFECTS`.
 
     Raises:
         UnknownChoice: The model has no effect with shapes of that name.

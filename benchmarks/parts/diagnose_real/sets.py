@@ -32,29 +32,17 @@ GIVEN = Filtering(torque_cutoff=60.0, position_cutoff=80.0)
 
 @dataclass(frozen=True)
 class Case:
-    """One diagnosis.
+    """One diagnosis."""
 
-    Attributes:
-        title: In the tables.
-        folder: Of the recordings.
-        prior: Of the robot, and what was not fields, in words.
-        ask: Makes the prior and reads the runs.
-        known: What is known to be there.
-        absent: Effect -> why it cannot be there.
-        control: Whether nothing at all is there, so that every name is wrong.
-        quick: Whether it is asked with --quick.
-        filtering: Given cut-offs; chosen from the data by default.
-    """
-
-    title: str
-    folder: str
-    prior: str
-    ask: Ask
-    known: tuple[Known, ...] = ()
-    absent: Mapping[str, str] = field(default_factory=dict)
-    control: bool = False
-    quick: bool = False
-    filtering: Filtering = Filtering()  # noqa: RUF009
+    title: str  # in the tables
+    folder: str  # of the recordings
+    prior: str  # of the robot, and what was not fields, in words
+    ask: Ask  # makes the prior and reads the runs
+    known: tuple[Known, ...] = ()  # what is known to be there
+    absent: Mapping[str, str] = field(default_factory=dict)  # effect -> why it cannot be there
+    control: bool = False  # whether nothing at all is there, so that every name is wrong
+    quick: bool = False  # whether it is asked with --quick
+    filtering: Filtering = Filtering()  # noqa: RUF009  # given cut-offs; chosen from the data by default
 
 
 def read(folder: str, robot: str, fitted: Sequence[str], held_out: Sequence[str], **options: Any) -> Any:

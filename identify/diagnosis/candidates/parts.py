@@ -107,13 +107,7 @@ def of_effect(
 ) -> Candidate:
     """The candidate for an effect in one shape on some joints.
 
-    Args:
-        model: Model of the arm.
-        name: Name of the candidate in the vocabulary.
-        effect: Effect in one shape.
-        kind: Kind of the candidate.
-        joints: Joints it acts on, from 0.
-        also: Adds further properties to the candidate in any shape.
+    `also` adds further properties to the candidate in any shape.
     """
     robot, parameters = model.robot, effect.parameters(model.robot)
     declared = {f.name for f in fields(effect)}

@@ -105,6 +105,8 @@ class Diagnosis(InNotebook):
                 "parameter": name,
                 "value": number.value,
                 "std": number.std,
+                "low": number.interval[0],
+                "high": number.interval[1],
                 "unit": number.unit,
                 "determined": name not in finding.left_out,
                 "probability": finding.probability,

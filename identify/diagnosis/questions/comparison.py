@@ -66,11 +66,6 @@ def by_blocks(prediction: Prediction, answer: Answer, other: Answer) -> float:
 
     Each block shows how much of the difference between the two it contains: all of it if the first is right,
     none if the other is. Joints that see neither do not count.
-
-    Args:
-        prediction: Prediction without either effect.
-        answer: First answer.
-        other: Second answer.
     """
     first, second = predicted_change(prediction, answer), predicted_change(prediction, other)
     difference = (first - second) * prediction.rows.weight
@@ -93,12 +88,6 @@ def better(answer: Answer, other: Answer, blocks: float, prior: float = 0.0) -> 
 
     Blocks favor the answer that makes them more probable, against two alternatives: the other answer, and a
     misfit that is neither and differs from block to block.
-
-    Args:
-        answer: First answer.
-        other: Second answer.
-        blocks: Log odds of `by_blocks`.
-        prior: Log odds of their hypotheses' priors.
     """
     gain = float(answer.by_joint.sum() - other.by_joint.sum())
     sign = 1.0 if gain > 0.0 else -1.0

@@ -58,14 +58,7 @@ def unknowns_of(result: SearchResult, spread: Spread, place: int) -> FindingUnkn
 
 
 def size(result: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:
-    """Size of a finding; None for an effect that is either completely present or absent.
-
-    Args:
-        result: The search that found it.
-        spread: Covariance of all unknowns.
-        traces: Traces of the fitted runs, in order.
-        place: Index of the finding.
-    """
+    """Size of a finding; None for an effect that is either completely present or absent."""
     answer, finding = result.selected[place].answer, unknowns_of(result, spread, place)
     if np.all(answer.columns.whole):
         return None

@@ -147,9 +147,7 @@ Computed = TypeVar("Computed")
 def cached(compute: Callable[[Driven], Computed], loaded: bool = True) -> Callable[[Driven], Computed]:
     """The same function, computed once per run; a value is freed together with its run.
 
-    Args:
-        compute: Function of a run.
-        loaded: Whether its value depends on the load; otherwise runs at another load share it.
+    Unless its value depends on the load, runs at another load share it.
     """
     cache: WeakKeyDictionary[object, Computed] = WeakKeyDictionary()
 

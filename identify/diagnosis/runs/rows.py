@@ -71,10 +71,7 @@ class Rows:
 def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None = None) -> Rows:
     """Rows whose unknowns are the deviations of the model's parameters from their priors.
 
-    Args:
-        model: Model with its priors.
-        runs: Runs to stack.
-        values: Parameters (p,) for the load in gear friction; nominal by default.
+    The load in gear friction is that at the values (p,), nominal by default.
     """
     carrying = model
     if values is not None:

@@ -27,11 +27,6 @@ def usable(
 ) -> tuple[list[Driven], list[str]]:
     """Select the runs that can be filtered and compared; return them, and warnings about all runs.
 
-    Args:
-        model: Nominal model with the payloads of the runs.
-        recordings: Role and recording of each run.
-        filtering: Filters; chosen from the data by default.
-
     Raises:
         DifferentRobot: If a run belongs to another robot.
         RecordingError: If no run remains to fit; the message gives the reason.

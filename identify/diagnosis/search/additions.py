@@ -31,12 +31,7 @@ def with_additions(
 
     Hypotheses on the joints of the latest finding are tested until none is credible, then all hypotheses.
 
-    Args:
-        problem: Problem of the search.
-        selected: Findings so far.
-        total: Sum of the prior weights of all hypotheses.
-        shapes: Shapes of earlier rankings.
-        out: Keys of hypotheses that are not added.
+    Hypotheses whose keys are in `out` are not added.
     """
     out, joints = set(out), None
     for _ in range(TURNS):

@@ -165,9 +165,7 @@ def _beliefs(result: SearchResult, described: Model, free: Prediction | None = N
 def departures(described: Model, prediction: Prediction) -> Iterator[Departure]:
     """For each body, rotor and drive gain, the parameter that leaves its tolerance furthest, if any does.
 
-    Args:
-        described: Model with the stated tolerances.
-        prediction: Fit whose first unknowns are the changes of the model's parameters.
+    The first unknowns of the prediction are the changes of the parameters of the model.
     """
     rows, values = prediction.rows, prediction.values
     units = {parameter.name: parameter.unit for parameter in described.parameters}

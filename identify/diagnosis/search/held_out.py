@@ -20,10 +20,6 @@ def shown_by_held_out(answers: Sequence[Answer], total: float) -> list[Selected]
     """Best hypothesis for each joint that is credible with the held-out runs, and not without them.
 
     Such a finding is unproven: it is listed as undecided.
-
-    Args:
-        answers: Answers with all findings in the model.
-        total: Sum of the prior weights of all hypotheses.
     """
     shown: dict[int, list[tuple[float, Answer]]] = {}
     for answer in answers:

@@ -57,12 +57,7 @@ def splines_of(effect: TorqueCurve, model: Model, runs: Iterable[Driven]) -> np.
 def mismatches(
     findings: Sequence[Answer], curve_at: Callable[[Place], tuple[TorqueCurve, np.ndarray]]
 ) -> list[Mismatch]:
-    """Mismatches of all findings that follow a formula over one quantity of one joint.
-
-    Args:
-        findings: Answers of the findings, with their columns over some runs.
-        curve_at: Returns the curve at a place and its splines (r, n, s) over the same runs.
-    """
+    """Mismatches of all findings that follow a formula over one quantity of one joint."""
     places: dict[Place, list[int]] = {}
     for number, answer in enumerate(findings):
         place = _place(answer.candidate)

@@ -15,12 +15,6 @@ def advantage(problem: Problem, after: Sequence[Selected], before: Sequence[Sele
     """Log odds of one list of findings against another, from fitted blocks, priors and shape costs.
 
     A finding costs the log odds at which it is credible, so that no list gains by findings that are not.
-
-    Args:
-        problem: Problem at the load of either list.
-        after: First list.
-        before: Second list.
-        total: Sum of the prior weights of all hypotheses.
     """
     new, old = (problem.prediction(answers_of(findings)) for findings in (after, before))
     # Both at the same share of independent rows: the better model leaves the whiter residual.

@@ -40,12 +40,7 @@ def ranked(
 ) -> list[Answer]:
     """One answer for each hypothesis given the findings, most probable first.
 
-    Args:
-        problem: Problem of the search.
-        prediction: Prediction with the findings.
-        selected: Findings.
-        shapes: Shapes that are tried besides the grid; shapes refined here are added.
-        joints: Joints (j,) on which hypotheses act; all joints by default.
+    Shapes that are refined here are added to `shapes`. By default, hypotheses act on all joints.
     """
     present_keys, present = keys_of(selected), [finding.answer.candidate for finding in selected]
     allowed = set(range(prediction.joints) if joints is None else joints.tolist())

@@ -18,13 +18,7 @@ SAME = 1e-3
 
 
 def simplest(prediction: Prediction, best: Sequence[Answer], total: float) -> Selected | None:
-    """The most probable credible hypothesis, or the part of it that suffices.
-
-    Args:
-        prediction: Prediction without any of them.
-        best: One answer for each hypothesis, most probable first.
-        total: Sum of the prior weights of all hypotheses.
-    """
+    """The most probable credible hypothesis, or the part of it that suffices."""
     open_ = list(best)
     while True:
         finding = most_probable(open_, total, lambda first, second: by_blocks(prediction, first, second))

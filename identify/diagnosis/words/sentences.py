@@ -24,10 +24,7 @@ OPTIONAL = re.compile(r"\[([^\[\]]*)\]")
 def sentence(finding: Finding, joints: Sequence[str], sliding: bool = False) -> str:
     """The finding as a sentence without a full stop and without parameters that are not determined.
 
-    Args:
-        finding: The finding; an effect that has no sentence is given by its name.
-        joints: Names of the robot's joints.
-        sliding: Whether the joints of the finding are prismatic.
+    An effect that has no sentence is given by its name.
     """
     known = {**numbers(finding), **_places(finding, joints)}
     known |= _units(known, sliding)
@@ -108,10 +105,7 @@ LISTED = 3
 def hypotheses_words(finding: Finding, joints: Sequence[str], probable: bool = True) -> str:
     """The most probable hypotheses of a finding, with joints if these differ.
 
-    Args:
-        finding: The finding with its alternatives.
-        joints: Names of the robot's joints.
-        probable: Whether probabilities are given, which say nothing on joints that do not fit.
+    Joints that do not fit have no probabilities.
     """
     hypotheses = possible(finding)
     words = []

@@ -24,12 +24,7 @@ CHECK = "Next: exidyn init LOG --robot DESCRIPTION, which compares columns, unit
 
 
 def verdict(diagnosis: Diagnosis, folder: str = "") -> list[str]:
-    """Three sentences: the cause, the improvement on held-out data, and the next step.
-
-    Args:
-        diagnosis: The diagnosis.
-        folder: Folder with the models of findings and rivals; empty if they are not written.
-    """
+    """Three sentences: the cause, the improvement on held-out data, and the next step."""
     first = next(iter(important(diagnosis)), None)
     return [_cause(diagnosis, first), _improvement(diagnosis, first), _next(diagnosis, first, folder)]
 

@@ -26,13 +26,7 @@ def choose_topics(
 ) -> tuple[list[Group], list[str]]:
     """Joint states of a robot, and the names of its joints in them.
 
-    Args:
-        source: Path of the bag.
-        groups: All joint states of the bag.
-        robot: Robot whose joints are looked up.
-        topic: Topic of the joint states, or several topics separated by commas; by default the topic with all
-            joints, or all topics with any of them.
-        joints: Names of the joints in the bag: one per joint, or a pattern such as "left_{joint}".
+    By default, the topic is the one with all joints, or all topics with any of them.
     """
     if topic is not None:
         return _of_topics(source, groups, robot, topic.split(","), joints)

@@ -75,13 +75,7 @@ def table_of_rows(source: Path, rows: Iterable[Any], **known: Any) -> Table:
 
 
 def fields_of(content: Any, name: str = "", labels: Sequence[str] = ()) -> Iterator[tuple[str, float | str]]:
-    """Names and values of all numbers in a field and the fields in it, and of texts that name a joint.
-
-    Args:
-        content: Number, text, sequence, mapping or message.
-        name: Name of the field.
-        labels: Names of the elements, if the field is a sequence.
-    """
+    """Names and values of all numbers in a field and the fields in it, and of texts that name a joint."""
     if is_dataclass(content):
         content = {field.name: getattr(content, field.name) for field in fields(content)}
     if isinstance(content, Mapping):

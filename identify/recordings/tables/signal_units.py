@@ -144,11 +144,8 @@ def stamped(
 ) -> tuple[Table, np.ndarray, list[str]]:
     """Rows of a table that have a time, their time stamps (t,) [s], and sentences about their reading.
 
-    Args:
-        columns: Columns of the table.
-        preset: Preset of the table.
-        place: Index of the time column; None if the preset has a rate.
-        unit: Unit of the time column, which overrides that of the preset or file; empty for theirs.
+    `place` is the index of the time column, None if the preset has a rate; `unit` overrides the preset and
+    the file.
 
     Raises:
         NotAFile: There are fewer than two rows.

@@ -34,7 +34,7 @@ def test_both_files_are_written_and_the_torques_printed(folder, capsys):
     scope = {}
     exec((folder / "two_joints_feedforward.py").read_text(), scope)
     fit, q = small_fit.fit(), np.array([0.3, -0.8])
-    np.testing.assert_allclose(scope["gravity"](q), fit.torque(q, 0 * q, 0 * q)[0], rtol=1e-12)
+    np.testing.assert_allclose(scope["gravity"](q), fit.torque(q, 0 * q, 0 * q), rtol=1e-12)
     assert "namespace exidyn_two_joints" in (folder / "two_joints_feedforward.hpp").read_text()
     assert [line.split()[0] for line in printed.splitlines()[3:5]] == ["shoulder", "elbow"]
     assert "sag" not in printed

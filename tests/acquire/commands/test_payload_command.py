@@ -37,6 +37,7 @@ def test_the_difference_of_two_runs(files, tmp_path, capsys) -> None:
     assert found["mass"]["low"] < 3.0 < found["mass"]["high"]
     assert found["arm_known_from"] == "difference"
     assert set(found["forms"]) == {"ur", "mjcf"}
+    assert found["frame"] == "[flange]"
 
 
 def test_json_on_standard_output_has_all_forms(files, capsys) -> None:

@@ -24,14 +24,7 @@ from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.robot_files.robot_file import model_text, read_model
 
 from ...parts.controllers import rsi_controller
-from ...parts.runs.commissioning_parts import (
-    CELLS,
-    PATIENT,
-    controller_file,
-    jog,
-    jog_on,
-    verdicts,
-)
+from ...parts.runs.commissioning_parts import CELLS, PATIENT, controller_file, jog, jog_on, verdicts
 from ...parts.runs.full_run import model as sliding_model
 from ...parts.runs.run_parts import MODEL, ROBOT
 
@@ -163,10 +156,7 @@ def test_a_joint_that_slides_goes_millimetres(capsys, tmp_path):
     limits = replace(slides.robot.limits, velocity=np.full(3, 1.0), velocity_lower=np.full(3, -1.0))
     slides = Model(replace(slides.robot, limits=limits), (RigidBody(), CoulombFriction(("achse_1",))))
     (tmp_path / "slides.toml").write_text(model_text(slides))
-    assert main(["jog", "3", "--robot", "slides.toml", "--mm", "-8", "--json", "-"]) in (
-        DONE,
-        WRONG,
-    )
+    assert main(["jog", "3", "--robot", "slides.toml", "--mm", "-8", "--json", "-"]) in (DONE, WRONG)
     text = json.loads(capsys.readouterr().out)
     assert text["distance"] == pytest.approx(-0.008)
     assert text["judgements"][0]["value"] == pytest.approx(1.0, abs=0.05)

@@ -1,14 +1,6 @@
 import numpy as np
 
-from exidyn.acquire.run.frames import (
-    EVENT,
-    SAMPLE,
-    Event,
-    Unframed,
-    event_frame,
-    read_cycle,
-    sample_frame,
-)
+from exidyn.acquire.run.frames import EVENT, SAMPLE, Event, Unframed, event_frame, read_cycle, sample_frame
 from exidyn.drivers import Command, Sample
 
 

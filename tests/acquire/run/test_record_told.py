@@ -36,47 +36,29 @@ STANDS, MOVES, UNKNOWN = False, True, None
 
 @dataclass(frozen=True)
 class Case:
-    """A controller that misbehaves.
+    """A controller that misbehaves."""
 
-    Attributes:
-        name: In words.
-        cell: Context manager of a folder that gives the peer and the path of its controller file.
-        moves: Whether the arm moves at the end.
-        levels: Stops that must be in the recording, in order.
-        words: What the reason must say.
-        lines: What the peer is told once commands are taken; "pause WAIT S" lets a wait of this program
-            end so much later [s].
-    """
-
-    name: str
-    cell: object
-    moves: bool | None
-    levels: tuple[str, ...]
-    words: str = ""
+    name: str  # in words
+    cell: object  # context manager of a folder that gives the peer and the path of its controller file
+    moves: bool | None  # whether the arm moves at the end
+    levels: tuple[str, ...]  # stops that must be in the recording, in order
+    words: str = ""  # what the reason must say
+    # what the peer is told once commands are taken; "pause WAIT S" lets a wait of this program end so much
+    # later [s]
     lines: tuple[str, ...] = ()
 
 
 @dataclass
 class Told:
-    """What a person and a program get.
+    """What a person and a program get."""
 
-    Attributes:
-        code: Exit code.
-        page: Standard output.
-        errors: Lines of standard error.
-        table: The JSON.
-        recording: The file's own words about its end.
-        levels: Stops in the recording, in order.
-        info: What `exidyn info` prints.
-    """
-
-    code: int
-    page: str
-    errors: list[str]
-    table: dict = field(default_factory=dict)
-    recording: dict = field(default_factory=dict)
-    levels: tuple[str, ...] = ()
-    info: str = ""
+    code: int  # exit code
+    page: str  # standard output
+    errors: list[str]  # lines of standard error
+    table: dict = field(default_factory=dict)  # the JSON
+    recording: dict = field(default_factory=dict)  # the file's own words about its end
+    levels: tuple[str, ...] = ()  # stops in the recording, in order
+    info: str = ""  # what `exidyn info` prints
 
 
 def ur(folder):

@@ -177,7 +177,7 @@ def test_currents_are_converted_by_the_gains_of_the_fit():
     currents = small_fit.fit()
     observer = Observer(currents)
     q = np.array([0.4, -0.3])
-    torque = currents.torque(q, 0.0 * q, 0.0 * q)[0]
+    torque = currents.torque(q, 0.0 * q, 0.0 * q)
     push = np.array([2.0, -1.0])
     for k in range(400):
         external = observer.step(0.002 * k, q, (torque - push) / currents.estimate.gain)

@@ -12,14 +12,7 @@ from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.diagnosis.candidates import candidates, kinds
 from exidyn.identification.diagnosis.diagnose import diagnose
-from exidyn.identification.effects import (
-    EFFECTS,
-    Effect,
-    JointEffect,
-    Parameter,
-    load_installed,
-    shape,
-)
+from exidyn.identification.effects import EFFECTS, Effect, JointEffect, Parameter, load_installed, shape
 from exidyn.identification.errors import EffectError
 from exidyn.identification.robot_files.effect_rows import read_effects
 
@@ -150,11 +143,7 @@ def test_an_effect_of_an_installed_package_is_in_robot_files_and_in_the_diagnosi
             "OSError: no licence",
         ),
         ("churning = grease_physics:Misspelt", MODULE, "Misspelt"),
-        (
-            "churning = grease_physics:SOMETHING_ELSE",
-            MODULE,
-            "is not a subclass of",
-        ),
+        ("churning = grease_physics:SOMETHING_ELSE", MODULE, "is not a subclass of"),
         ("payload = grease_physics:Churning", MODULE, "the name is taken"),
     ],
 )

@@ -225,8 +225,11 @@ def test_export_patches_the_file_of_the_arm(tmp_path, monkeypatch, capsys):
     assert "<!-- mine -->" in (tmp_path / "arm-identified.xml").read_text()
     assert (tmp_path / "arm.xml").read_text() == text
     require_same(identified(plain_fit()), (tmp_path / "arm-identified.xml").read_bytes())
-    assert main(["export", "fit.json", "--to", "urdf", "--patch", "arm.xml"]) != 0
-    assert "--patch changes an MJCF" in capsys.readouterr().err
+    assert main(["export", "fit.json", "--to", "json", "--patch", "arm.xml"]) != 0
+    assert "--patch changes an MJCF or URDF" in capsys.readouterr().err
+    (tmp_path / "arm.urdf").write_text(FORMATS["urdf"].text(Portable.of(NOMINAL)))
+    assert main(["export", "fit.json", "--to", "urdf", "--patch", "arm.urdf"]) == 0
+    assert re.search(r"^joint '\w+'\ndamping +N m s/rad", capsys.readouterr().out, re.MULTILINE)
 
 
 SERVOS = re.sub(

@@ -5,13 +5,7 @@ import pytest
 from scipy import optimize
 
 from exidyn.identification.errors import NeedsPayload, NotExcited
-from exidyn.identification.fit.estimators import (
-    ESTIMATORS,
-    consistent,
-    literal,
-    maximum_likelihood,
-    weighted,
-)
+from exidyn.identification.fit.estimators import ESTIMATORS, consistent, literal, maximum_likelihood, weighted
 from exidyn.identification.fit.estimators.compressed import Compressed, solve
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia, square, triangle
 from exidyn.identification.fit.estimators.covariance import sandwich
@@ -85,9 +79,7 @@ def test_units_of_a_parameter_do_not_matter(name, exact):
     factor[[0, 3, 8]] = [1e3, 1e-3, 50.0]
     regrouping = system.base.regrouping / factor[:, None]
     scaled = replace(
-        system,
-        regressor=system.regressor * factor,
-        base=replace(system.base, regrouping=regrouping),
+        system, regressor=system.regressor * factor, base=replace(system.base, regrouping=regrouping)
     )
     plain, other = ESTIMATORS[name](system), ESTIMATORS[name](scaled)
     same = np.allclose(other.values * factor, plain.values, rtol=1e-4, atol=1e-3 * plain.std.min())

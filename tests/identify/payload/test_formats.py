@@ -104,7 +104,7 @@ READERS = {name: globals()[f"from_{name}"] for name in FORMATS}
 @pytest.mark.parametrize("name", FORMATS)
 @pytest.mark.parametrize("body", BODIES)
 def test_every_form_is_read_back_as_the_same_body(name: str, body: Body) -> None:
-    inertia = READERS[name](FORMATS[name](body))
+    inertia = READERS[name](FORMATS[name](body, "tool0"))
     assert inertia.mass == pytest.approx(body.mass, abs=1e-6)
     np.testing.assert_allclose(inertia.lever, body.center, atol=1e-6)
     np.testing.assert_allclose(inertia.inertia, body.inertia, atol=5e-6)  # moments of six decimals
@@ -124,7 +124,7 @@ def test_every_form_of_a_tilted_bar_needs_the_force_of_its_points(name: str) -> 
     forces = mass / 8.0 * (lift + np.cross(turn, points) + np.cross(spin, np.cross(spin, points)))
     expected = np.concatenate([forces.sum(axis=0), np.cross(points, forces).sum(axis=0)])
 
-    inertia, motion = READERS[name](FORMATS[name](bar)), pin.Motion(np.zeros(3), spin)
+    inertia, motion = READERS[name](FORMATS[name](bar, "tool0")), pin.Motion(np.zeros(3), spin)
     force = inertia * pin.Motion(lift, turn) + motion.cross(inertia * motion)
     np.testing.assert_allclose(force.vector, expected, atol=1e-4)  # six decimals, at up to 9 m/s^2
 
@@ -139,5 +139,7 @@ def test_angles_rebuild_the_rotation_even_where_two_axes_coincide(degrees: tuple
 @pytest.mark.parametrize("name", FORMATS)
 def test_no_number_has_an_exponent_and_every_form_states_its_units(name: str) -> None:
     small = Body(1e-5, np.array([1e-5, 0.0, 0.0]), 1e-9 * np.eye(3))
-    assert not re.search(r"\de[-+]?\d", FORMATS[name](small))
+    text = FORMATS[name](small, "arm/tool0\n-->")
+    assert not re.search(r"\de[-+]?\d", text)
+    assert "in frame arm/tool0" in text
     assert "kg" in (FORMATS[name].__doc__ or "").partition("\n")[0]

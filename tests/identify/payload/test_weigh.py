@@ -144,3 +144,24 @@ def test_runs_that_weigh_nothing_are_refused():
     fit = identify([run(nominal, 1)], as_recorded=True)
     with pytest.raises(RecordingError, match="given twice"):
         weigh([loaded], fit=fit, model=nominal)
+
+
+def test_no_form_is_written_for_another_frame_or_for_a_mass_that_may_be_zero(by_fit) -> None:
+    tcp = replace(by_fit, frame="panda_hand_tcp")
+    assert "franka: no form, since the payload is in frame panda_hand_tcp" in payload_text(tcp, ["franka"])
+    assert set(payload_table(tcp)["forms"]) == {"urdf", "mjcf"}
+    assert "in frame panda_hand_tcp" in tcp.text("mjcf")
+    own = replace(by_fit, frame="fr3_link8")
+    assert own.text("franka").endswith("// in frame fr3_link8\n")
+    nothing = replace(own, intervals=own.intervals._replace(mass=Interval(0.1, 0.0, 0.3, "kg")))
+    with pytest.raises(FitError, match="franka: no form, since the mass may be zero"):
+        nothing.text("franka")
+
+
+@pytest.mark.parametrize("empty", [False, True])
+def test_an_exact_description_does_not_bias_the_mass(empty) -> None:
+    """Links and gains better than their tolerances of 10 %: no correction may move the mass."""
+    nominal = arm(gain_tolerance=0.1)
+    without = [run(nominal, 1)] if empty else []
+    result = weigh([run(nominal, 2, TOOL)], empty=without, model=nominal, as_recorded=True)
+    assert abs(result.mass.value - TOOL.mass) < 0.2 * result.mass.half

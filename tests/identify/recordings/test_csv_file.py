@@ -95,16 +95,8 @@ def test_samples_and_joints_that_are_silent_stay_silent(tmp_path):
         ("t,q1,i1,i2\n0,0,0,0\n", WrongShape, "no column q2 for position. Columns: t, q1, i1, i2"),
         ("x,q1,q2,i1,i2\n0,0,0,0,0\n", WrongShape, "no column of time"),
         ("t,q1,q2\n0,0,0\n1,1,1\n", WrongShape, "needs position and one of current, torque"),
-        (
-            "t,q1,q2,i1,i2\n0,0,0,0,0\n\n.2,,0,0,0\n",
-            NotFinite,
-            "no number for axis1 in 1 of 2 rows",
-        ),
-        (
-            "t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n",
-            NotFinite,
-            "line 3: no time stamp in column t, as in",
-        ),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n\n.2,,0,0,0\n", NotFinite, "no number for axis1 in 1 of 2 rows"),
+        ("t,q1,q2,i1,i2\n0,0,0,0,0\n,0,0,0,0\n", NotFinite, "line 3: no time stamp in column t, as in"),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,0,0\n", WrongShape, "run.csv line 3: 3 cells for 5 names in line 1$"),
         ("t,q1,q2,i1,i2\n0,0,0,0,0\n1,on,0,0,0\n", WrongShape, "line 3: 'on' in column 'q1' is not a number"),
         ("t,q1,q2,i1,i2\n0,0,1,5,0,1,0,1\n", WrongShape, "8 cells .*decimal comma need semicolons"),

@@ -65,16 +65,16 @@ def test_an_axis_of_any_length_is_a_direction():
     np.testing.assert_allclose(np.ravel(data.S), [0, 0, 0, 0, 0, 1])
 
 
-@pytest.mark.parametrize("name", ["flange", "tool0", "arm_tool0"])
-def test_the_flange_is_a_fixed_leaf(name):
-    at = '<origin xyz="0.1 0.2 0.3"/>'
-    fixed = joint("mount", "lower", name, "fixed", at)
-    found = parse_urdf(robot(LINKS + JOINTS + link(name) + fixed))
+@pytest.mark.parametrize(("name", "own"), [("arm_tool0", True), ("fr3_link8", True), ("panda_tcp", False)])
+def test_the_flange_is_that_of_the_controller_or_a_free_link(name, own):
+    """A tool on the controller's own flange does not hide it; another link with a tool is no flange."""
+    fixed = link(name) + joint("mount", "lower", name, "fixed", '<origin xyz="0.1 0.2 0.3"/>')
+    found = parse_urdf(robot(LINKS + JOINTS + fixed))
     np.testing.assert_allclose(found.flange.translation, [0.1, 0.2, 0.3])
-    further = found = parse_urdf(
-        robot(LINKS + JOINTS + link(name) + fixed + link("cup") + joint("c", name, "cup", "fixed"))
-    )
-    assert further.flange.isIdentity()  # something is mounted on it: not where a payload hangs
+    assert found.flange_name == name
+    further = parse_urdf(robot(LINKS + JOINTS + fixed + link("cup") + joint("c", name, "cup", "fixed")))
+    assert further.flange_name == (name if own else "lower")
+    assert further.flange.isIdentity() is not own
 
 
 PLANAR = joint("elbow", "upper", "lower", "planar")

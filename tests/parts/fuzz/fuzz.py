@@ -33,18 +33,12 @@ COMMAND = "exidyn: "
 
 @dataclass
 class Outcome:
-    """What came of one parser's inputs.
+    """What came of one parser's inputs."""
 
-    Attributes:
-        read: Inputs that were read.
-        refused: Inputs that were refused with an error for the user.
-        longest: Of the lines that give the reason.
-        failures: Seed of the input and what else was raised.
-    """
-
-    read: int = 0
-    refused: int = 0
-    longest: str = ""
+    read: int = 0  # inputs that were read
+    refused: int = 0  # inputs that were refused with an error for the user
+    longest: str = ""  # of the lines that give the reason
+    # seed of the input and what else was raised
     failures: list[tuple[int, str]] = field(default_factory=list)
 
     @property

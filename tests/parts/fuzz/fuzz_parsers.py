@@ -30,33 +30,20 @@ from .fuzz_mutations import BINARY, EDITED, JSON, PACKETS, TEXT, Mutation, doubl
 
 
 class Damage(NamedTuple):
-    """One file of a valid set, and what is done to it.
+    """One file of a valid set, and what is done to it."""
 
-    Attributes:
-        files: The set.
-        name: Of the file.
-        mutations: To choose from.
-        finish: Makes the file of what was mutated, where that is a part of it.
-    """
-
-    files: Files
-    name: str
-    mutations: tuple[Mutation, ...]
-    finish: Callable[[bytes], bytes] = bytes
+    files: Files  # the set
+    name: str  # of the file
+    mutations: tuple[Mutation, ...]  # to choose from
+    finish: Callable[[bytes], bytes] = bytes  # makes the file of what was mutated, where that is a part of it
 
 
 class Parser(NamedTuple):
-    """A parser.
+    """A parser."""
 
-    Attributes:
-        damages: Which files are damaged and how, in turns.
-        read: Given the folder and the damaged file's name.
-        slow: By how many times fewer inputs are tried, because each takes a process or makes pages.
-    """
-
-    damages: Callable[[], list[Damage]]
-    read: Callable[[Path, str], object]
-    slow: int = 1
+    damages: Callable[[], list[Damage]]  # which files are damaged and how, in turns
+    read: Callable[[Path, str], object]  # given the folder and the damaged file's name
+    slow: int = 1  # by how many times fewer inputs are tried, because each takes a process or makes pages
 
 
 def _one(

@@ -32,10 +32,7 @@ def job(**other):
 class Following(Driver):
     """An arm that is where it was commanded one cycle before; `change` may spoil its answer.
 
-    Args:
-        start: Where it stands.
-        change: Takes the number of commands so far and the fields of the sample, and changes them.
-        info: Other facts than the usual.
+    `change` takes the number of commands so far and the fields of the sample.
     """
 
     simulated = True

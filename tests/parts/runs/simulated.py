@@ -18,15 +18,10 @@ MASS, LEVER, ROTOR = 4.0, 0.5, 0.3
 
 @dataclass(frozen=True)
 class Run:
-    """What a plant did, tick by tick.
+    """What a plant did, tick by tick."""
 
-    Attributes:
-        motion: As it really was.
-        measured: What its sensors measured, each (t, n).
-    """
-
-    motion: Motion
-    measured: Measured
+    motion: Motion  # as it really was
+    measured: Measured  # what its sensors measured, each (t, n)
 
 
 def follow(plant: Plant, position: np.ndarray, velocity: np.ndarray, tick: float = 0.002) -> Run:

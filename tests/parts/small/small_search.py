@@ -40,13 +40,7 @@ def record(
 ) -> list[tuple[str, Recording]]:
     """Runs of an arm with further effects, whose parameters are given by name.
 
-    Args:
-        effects: What the arm has and the model has not.
-        values: Their parameters, or others than the arm's.
-        roles: One a run.
-        model: Nominal.
-        change: Of what was recorded.
-        only: Role of the runs in which the effects are there; all by default.
+    The effects are in the arm and not in the model, in runs of the role `only`; by default in all.
     """
     model = nominal_model() if model is None else model
     runs = []

@@ -10,31 +10,22 @@ from exidyn.drivers import DRIVERS, driver_class
 
 @dataclass(frozen=True)
 class DriverPeer:
-    """A driver's peer.
+    """A driver's peer."""
 
-    Attributes:
-        running: Gives the process and settings that reach it, with lists for six joints: a context manager
-            of a folder for its files and more of its command line.
-        joints: Of its arm.
-        states: What the driver's `states` gives of each joint without power.
-        powered: Words that it prints when drives are powered or moved.
-        is_off: Whether no drive is powered and nothing was commanded, of a process and a number of samples;
-            without it, that no word of `powered` was printed.
-        hasty: Settings with which a driver gives up early.
-        cobot: More of its command line, for the built-in cobot and a cycle a question; None for another arm.
-        pose: Where that stands [deg].
-        patient: Settings for a machine that is busy with other things.
-    """
-
+    # gives the process and settings that reach it, with lists for six joints: a context manager of a folder
+    # for its files and more of its command line
     running: Callable[..., AbstractContextManager]
-    joints: int = 6
-    states: str = "torque off"
-    powered: tuple[str, ...] = ()
+    joints: int = 6  # of its arm
+    states: str = "torque off"  # what the driver's `states` gives of each joint without power
+    powered: tuple[str, ...] = ()  # words that it prints when drives are powered or moved
+    # whether no drive is powered and nothing was commanded, of a process and a number of samples; without it,
+    # that no word of `powered` was printed
     is_off: Callable[..., bool] | None = None
-    hasty: dict = field(default_factory=dict)
+    hasty: dict = field(default_factory=dict)  # settings with which a driver gives up early
+    # more of its command line, for the built-in cobot and a cycle a question; None for another arm
     cobot: tuple[object, ...] | None = ("--robot", "cobot", "--lockstep")
-    pose: tuple[float, ...] = (0.0, -90.0, 0.0, 0.0, 0.0, 0.0)
-    patient: dict = field(default_factory=dict)
+    pose: tuple[float, ...] = (0.0, -90.0, 0.0, 0.0, 0.0, 0.0)  # where that stands [deg]
+    patient: dict = field(default_factory=dict)  # settings for a machine that is busy with other things
 
     def off(self, process, samples=0):
         """Whether no drive is powered and nothing was commanded, by its own account."""

@@ -1,5 +1,7 @@
 """Motions for a payload keep to the limits with any payload that they must allow."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,7 +11,7 @@ from exidyn.identification.effects import Payload
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.kinds.payload_motion import AnyPayload, largest_share, payload_plan
+from exidyn.trajectories.kinds.payload_motion import AnyPayload, largest_need, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.random_motion import random_fourier
 
@@ -52,7 +54,7 @@ def test_no_allowed_payload_needs_more_torque_than_the_bound() -> None:
 
 def test_poses_keep_to_the_limits_and_show_mass_and_center() -> None:
     plan = payload_plan(COBOT, LARGEST, Wishes(), poses=True)
-    assert largest_share(plan.trajectory, COBOT, LARGEST, Wishes()) <= 1.0
+    assert largest_need(plan.trajectory, COBOT, LARGEST, Wishes()).share <= 1.0
     assert "any up to 4 kg, center within 0.1 m" in str(plan.details["payload"])
     motion = plan.trajectory.every(0.05).motion("L")
     still = motion.position * 0.0
@@ -66,11 +68,21 @@ def test_the_searched_motion_is_short_and_within_limits() -> None:
     plan = payload_plan(COBOT, AnyPayload(1.0, 0.05), Wishes(seconds=16.0), **QUICK)
     assert plan.trajectory.duration <= 20.0
     assert plan.criterion == "focus on payload"
-    assert largest_share(plan.trajectory, COBOT, AnyPayload(1.0, 0.05), Wishes()) <= 1.0
+    assert largest_need(plan.trajectory, COBOT, AnyPayload(1.0, 0.05), Wishes()).share <= 1.0
 
 
-def test_a_payload_that_is_too_heavy_is_refused() -> None:
-    with pytest.raises(Infeasible, match="payload of up to 200 kg"):
-        payload_plan(COBOT, AnyPayload(200.0, 0.1), Wishes(), poses=True)
+def test_a_heavy_payload_gets_a_slower_motion() -> None:
+    """At the usual speed it would need more than a torque limit, at rest it does not."""
+    payloads, said = AnyPayload(8.0, 0.2), []
+    plan = payload_plan(COBOT, payloads, Wishes(seconds=16.0), **QUICK, progress=said.append)
+    assert any("planning a slower motion" in words for words in said)
+    assert largest_need(plan.trajectory, COBOT, payloads, Wishes()).share <= 1.0
+
+
+@pytest.mark.parametrize(("mass", "cure"), [(200.0, "Try a smaller"), (45.0, "Give a fit of the arm")])
+def test_a_payload_that_is_too_heavy_is_refused_before_the_search(mass, cure) -> None:
+    vague = replace(COBOT, robot=replace(COBOT.robot, inertial_tolerance=0.5))
+    with pytest.raises(Infeasible, match=f"up to {mass:g} kg .* joint. could need .* limit. {cure}"):
+        payload_plan(vague, AnyPayload(mass, 0.1), Wishes(), seconds=1e9)
     with pytest.raises(BadLimits, match="largest mass of the payload: 0 kg"):
         AnyPayload(0.0, 0.1)
