@@ -52,18 +52,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find the physics that a model lacks, whose unstated parameters are fitted freely.
 
-<<<<<<< HEAD
-    Args:
-        model: Nominal model with tolerances; unstated parameters are fitted freely.
-        recordings: Role and recording of each run; runs with the role "validate" are only predicted.
-        name: Name of the diagnosis; the name of the robot by default.
-        filtering: Filters; unset values are chosen from the data.
-        progress: Function that is called with a sentence at each stage.
-        as_recorded: Whether columns, units and signs are used as stated, without a check.
-        brief: Whether the search is brief, at a quarter of the time, where simulations judge what it finds.
-=======
-    Each recording has a role; those with the role "validate" are only predicted.
->>>>>>> wpy
+    Each recording has a role; those with the role "validate" are only predicted. A brief search, at a quarter
+    of the time, is for findings that simulations judge.
 
     Raises:
         DifferentRobot: A run belongs to another robot.

@@ -52,14 +52,8 @@ def search(problem: Problem, start: SearchResult | None = None, brief: bool = Fa
     Findings are added, replaced and removed until no step makes the fitted blocks more probable. Then
     held-out runs judge the torque that the findings predict, and the search continues without those that they
     contradict.
-<<<<<<< HEAD
 
-    Args:
-        problem: Problem to search.
-        start: Result with other priors, whose findings are the first ones.
-        brief: Whether each finding is replaced at most once, and held-out runs only remove.
-=======
->>>>>>> wpy
+    In a brief search, each finding is replaced at most once, and held-out runs only remove.
     """
     passes, checks = (1, 1) if brief else (PASSES, CHECKS)
     without_findings = problem.without_findings
