@@ -6,7 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from exidyn.identification.document.document import (
-    Block, Cell, Document, Marked, Paragraph, Section, Statements, Table,
+    Block,
+    Cell,
+    Document,
+    Marked,
+    Paragraph,
+    Section,
+    Statements,
+    Table,
 )  # fmt: skip
 from exidyn.identification.text_table import UNKNOWN, digits, fixed
 
