@@ -57,6 +57,13 @@ def looked_in(path: str | os.PathLike[str]) -> str:
     return f"; looked in {folder}" if os.path.isdir(folder) else f"; there is no folder {folder}"
 
 
+def other_format(number: object, valid: int, command: str) -> str:
+    """Words for a file of another format than the valid one; the command writes an older file anew."""
+    newer = isinstance(number, int) and number > valid
+    advice = "update exidyn" if newer else f"write it anew with exidyn {command}"
+    return f"format {number!r}; this version reads {valid}; {advice}"
+
+
 def read_failure(path: str | os.PathLike[str], error: OSError) -> str:
     """Why a file cannot be read; for a missing file, with the folder in which it was looked for."""
     reason = error.strerror or str(error)

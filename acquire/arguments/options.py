@@ -40,6 +40,7 @@ JSON = Option(
     "also write the result as JSON (FILE.json), or with - print JSON instead of the text",
     _json_file,
 )
+FULL = Option("--full", "print all tables, not only the verdict and one table")
 BODY = (
     Option("--mass KG", "mass of the payload", positive),
     Option("--com X Y Z", "its center of mass [m]", any_number),

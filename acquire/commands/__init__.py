@@ -4,6 +4,7 @@ In: arguments of a command.
 Out: files, text, an exit code.
 """
 
+import shlex
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -39,9 +40,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "gap": "compare a MuJoCo simulation with the real arm, and improve its MJCF",
         "export": "write a model for other simulators: URDF, MJCF, JSON, robot.toml",
     },
-    "view results": {
-        "view": "view recordings, a fit or a diagnosis in Rerun, the arm moving",
-    },
+    "view results": {"view": "view recordings, a fit or a diagnosis in Rerun, the arm moving"},
 }
 """Task -> its commands, and what each does in one line."""
 COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
@@ -60,6 +59,7 @@ def run_command(name: str, arguments: Sequence[str]) -> int:
     parser = chosen.parser()
     try:
         args = parser.parse_args(arguments)
+        args.typed = shlex.join([name, *arguments])
         _fit_to_terminal()
         result = chosen.run(args)
     except WrongUse as error:

@@ -5,19 +5,17 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
-from exidyn.identification.model import Model
-from exidyn.identification.pages.compared_document import compared_text, differs
+from exidyn.identification.pages.compared_document import compared_document, differs
 from exidyn.identification.recordings.align import nearest
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import model_text, read_model
 from exidyn.identification.simulation.comparison import Comparison, compare
 
 from ..arguments.command import Option, number
 from ..arguments.options import robot_option
+from ..files.given_runs import single_recording
 from ..files.result_files import comparison_table
 from .result import Result
 
@@ -30,18 +28,16 @@ COMPARISON = (
 )
 
 
-def compare_with(args: Namespace, path: Path) -> Result:
-    """Compare the simulation at a path with the recording of --against."""
+def compare_with(args: Namespace, path: Path, note: str = "") -> Result:
+    """Compare the simulation at a path with the recording of --against; the note is on the simulation."""
     model = read_model(args.robot) if args.robot else None
-    simulated, recorded = (_single(source, model) for source in (path, args.against))
+    simulated, recorded = (single_recording(source, model) for source in (path, args.against))
     if simulated.name == recorded.name:
         simulated = replace(simulated, name=str(path))
     comparison = _compared(simulated, recorded, args.offset, read_fit(args.fit) if args.fit else None)
-    next_commands = _next_commands(args, path, simulated, recorded)
-    page = [compared_text(comparison)]
-    if differs(comparison):
-        page += ["To find the physics that differs:", *(f"  {line}" for line in next_commands)]
-    return Result("\n".join(page), comparison_table(comparison, next_commands))
+    following = _next_commands(args, path, simulated, recorded)
+    table = comparison_table(comparison, [f"exidyn {command}" for command in following])
+    return Result(compared_document(comparison, note), table, next=following if differs(comparison) else ())
 
 
 def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
@@ -59,27 +55,12 @@ def _compared(simulated: Recording, recorded: Recording, offset: float | None, f
     return replace(comparison, warnings=(*comparison.warnings, warning))
 
 
-def _single(path: Path, model: Model | None) -> Recording:
-    """The only recording at a path."""
-    recordings = import_source(path, model)
-    if len(recordings) != 1:
-        names = ", ".join(recording.name for recording in recordings)
-        raise RecordingError(
-            f"{path} holds {len(recordings)} recordings: {names or 'none'}; write the intended one to a "
-            "separate file with exidyn import"
-        )
-    return recordings[0]
-
-
 def _next_commands(args: Namespace, path: Path, simulated: Recording, recorded: Recording) -> list[str]:
     """Commands that diagnose the simulation's model with the recording."""
-    real = shlex.quote(str(args.against))
+    run = shlex.quote(str(args.against))
     if args.robot:
-        return [f"exidyn diagnose {shlex.quote(args.robot)} {real}"]
+        return [f"diagnose {run} --robot {shlex.quote(args.robot)}"]
     if model_text(simulated.model) == model_text(recorded.model):
-        return [f"exidyn diagnose {real}"]
+        return [f"diagnose {run}"]
     model = shlex.quote(str(path.with_name(f"{path.stem}-model.toml")))
-    return [
-        f"exidyn export {shlex.quote(str(path))} --to toml -o {model}",
-        f"exidyn diagnose {model} {real}",
-    ]
+    return [f"export {shlex.quote(str(path))} --to toml -o {model}", f"diagnose {run} --robot {model}"]

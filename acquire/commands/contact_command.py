@@ -25,6 +25,7 @@ from ..arguments.options import (
     require_file,
     view_options,
 )
+from ..files.given_runs import single_recording
 from ..terminal.json_output import write_whole
 from .result import Result
 
@@ -50,10 +51,7 @@ usual hour between false alarms on, the extrapolation is short."""
         Option(
             "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
         ),
-        output_option(
-            "FILE",
-            meaning="write external torques and flange force as a table (.csv)",
-        ),
+        output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
         JSON,
         *view_options("torques, and the force on the moving arm,"),
     ),
@@ -72,9 +70,7 @@ def contact_command(args: Namespace) -> Result:
         require_file(args.output, "--output", [args.run, args.fit, *args.free])
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
-    [run, *others] = import_source(args.run, fit.model)
-    if others:
-        raise RecordingError(f"{args.run} holds {1 + len(others)} recordings; give one of them as a file")
+    run = single_recording(args.run, fit.model)
     free = [recording for path in args.free for recording in import_source(path, fit.model)]
     result = contact(fit, run, free, args.payload, args.alarms_per_hour)
     if args.output is not None:
@@ -86,7 +82,7 @@ def contact_command(args: Namespace) -> Result:
 
         return contact_view(result, torque_unit(fit))
 
-    return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view)
+    return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view=view)
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:

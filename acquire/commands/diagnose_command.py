@@ -7,20 +7,28 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.diagnose import diagnose
 from exidyn.identification.diagnosis.refit import refit
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
-from exidyn.identification.document.text import text
 from exidyn.identification.errors import ExidynError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.notebook import counted
-from exidyn.identification.pages.diagnosis_document import brief, diagnosis_document
+from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
-from exidyn.identification.robot_files.description import NAMED
+from exidyn.identification.recordings.recording import Recording
 
 from ..arguments.command import Command, Option
-from ..arguments.options import AS_RECORDED, FILTERS, JSON, VALIDATE, make_folder, output_option
+from ..arguments.options import (
+    AS_RECORDED,
+    FILTERS,
+    FULL,
+    JSON,
+    VALIDATE,
+    make_folder,
+    output_option,
+    robot_option,
+)
 from ..files.diagnosis_files import write_diagnosis
-from ..files.given_runs import PAYLOADS, Case, recorded_case
+from ..files.given_runs import PAYLOADS, recorded_case
 from ..terminal.stopwatch import Progress, Stopwatch
 from .result import Result
 
@@ -33,19 +41,20 @@ STAGES = {name: 0.84 * share for name, share in QUICK.items()} | {"identify": 0.
 @Command(
     "Find the physics that a robot's model lacks, and prove it on held-out runs.",
     (
-        "exidyn diagnose robot.toml one.mcap --slow slow.mcap --validate other.mcap",
-        "exidyn diagnose robot.toml one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
+        "exidyn diagnose one.mcap --slow slow.mcap --validate other.mcap --robot robot.toml",
+        "exidyn diagnose one.mcap --payload loaded.mcap --mass 4 --validate other.mcap",
     ),
     (
-        Option("sources SOURCE...", f"robot.toml, {NAMED}, and its runs (.mcap, .csv)"),
+        Option("runs RUN...", "recording (.mcap), or with --robot a table (.csv)", Path),
+        robot_option("replaces the robot in the recordings"),
         VALIDATE,
         Option("--slow RUN...", "runs at constant low speeds", Path, []),
         *PAYLOADS,
         *FILTERS,
         output_option("FOLDER", Path("exidyn-diagnosis")),
         JSON,
+        FULL,
         AS_RECORDED,
-        Option("--full", "print the whole page, not only its verdict"),
         Option("--quick", "skip fit.json, which takes a while"),
     ),
     """A recording may state its role (identify, slow, payload, validate); runs after
@@ -57,29 +66,30 @@ def diagnose_command(args: Namespace) -> Result:
     make_folder(args.output)
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", "read the recordings"))
-        case = recorded_case(args)
-        progress(StageText("ask", f"check {counted(len(case.runs), 'run')} of {case.name}"))
+        model, runs = recorded_case(args)
+        progress(StageText("ask", f"check {counted(len(runs), 'run')} of {model.robot.name}"))
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         diagnosis = diagnose(
-            case.model,
-            case.runs,
-            case.name,
+            model,
+            runs,
+            model.robot.name,
             filtering=filtering,
             as_recorded=args.as_recorded,
             progress=progress,
         )
-        fit = None if args.quick else _fit(diagnosis, case, filtering, progress)
+        fit = None if args.quick else _fit(diagnosis, runs, filtering, progress)
         written = write_diagnosis(diagnosis, fit, args.output)
     shown = Shown.of(diagnosis, str(args.output))
-    page = text((diagnosis_document if args.full else brief)(shown))
-    return Result(page, as_json(shown.diagnosis, str(args.output)), written)
+    return Result(diagnosis_document(shown), as_json(shown.diagnosis, str(args.output)), written)
 
 
-def _fit(diagnosis: Diagnosis, case: Case, filtering: Filtering, progress: Progress) -> Fit | None:
+def _fit(
+    diagnosis: Diagnosis, runs: list[tuple[str, Recording]], filtering: Filtering, progress: Progress
+) -> Fit | None:
     """Fit of the model with the findings; None if the runs do not suffice."""
     progress(StageText("identify", "identify the model with the findings"))
     try:
-        return refit(diagnosis, case.runs, filtering=filtering)
+        return refit(diagnosis, runs, filtering=filtering)
     except ExidynError as error:
         progress(f"no fit.json: {error}")
         return None

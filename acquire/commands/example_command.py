@@ -37,7 +37,7 @@ NAMED = {
     "gains": Example(
         "nominal drive gains that are 10 % too large: excite, record, identify",
         Path("exidyn-example"),
-        40.0,
+        54.0,
         example_gains.arm,
         example_gains.steps,
         example_gains.outcome,
@@ -45,7 +45,7 @@ NAMED = {
     "balancer": Example(
         "a spring balancer that the model lacks: excite, record, identify, diagnose, simulate, export",
         Path("exidyn-example-balancer"),
-        30.0,
+        42.0,
         example_balancer.arm,
         example_balancer.steps,
         example_balancer.outcome,

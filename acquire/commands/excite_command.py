@@ -1,7 +1,7 @@
 """exidyn excite: plan the trajectory that identifies a robot best, or another kind of run, or show one."""
 
+import shlex
 from argparse import Namespace
-from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from exidyn.identification.fit.fit_warnings import WORST
 from exidyn.identification.model import Model
 from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
 from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
@@ -26,7 +25,7 @@ from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Use, limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
-from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_summary import plan_document
 
 from ..arguments.command import (
     Command,
@@ -42,6 +41,7 @@ from ..arguments.command import (
 from ..arguments.options import (
     CELL,
     CHECK,
+    FULL,
     JSON,
     NO_COLLISION,
     ROBOT_FILES,
@@ -91,6 +91,7 @@ COM = Option(
     "--com X Y Z", "center of mass in the flange frame [m]; once for each mass", any_number, [], repeated=True
 )
 GOAL = (*IDENTIFY_ONLY[:2], COM, *IDENTIFY_ONLY[2:], AGAINST)
+LENGTH = Option("--length S", f"duration with rests and leads; default: {Wishes.seconds:g}", any_number)
 MOTION = (
     Option(
         "--kind KIND",
@@ -100,7 +101,7 @@ MOTION = (
         OPTIMIZED,
     ),
     Option("--joints JOINT...", "joints that the other kinds move; default: all"),
-    Option("--length S", "duration", any_number, Wishes.seconds),
+    LENGTH,
     Option("--period S", "base period; default: several are tried", any_number),
     Option("--harmonics N", "harmonics of each joint", integer, Wishes.harmonics),
     Option("--tick S", "cycle of the controller", any_number, Wishes.tick),
@@ -141,10 +142,10 @@ SEARCHING = (
     (
         Option("robot [ROBOT]", ROBOT_FILES),
         output_option(
-            "FILE",
-            meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html",
+            "FILE", meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html"
         ),
         JSON,
+        FULL,
         Group("goal", GOAL),
         Group("motion", MOTION),
         Group("limits in addition to those of the robot", (*LIMITS, CELL, NO_COLLISION)),
@@ -175,14 +176,15 @@ def excite_command(args: Namespace) -> Result:
         uses, beyond = _checked(motion, loaded, progress)
         expected = expected_fit([motion], model, _bodies(args), progress=progress) if args.check else None
     write_plan(motion, path)
-    page = [*_wrapped(distinguished), summary(motion, uses, beyond), *_poor(motion)]
-    page.append(f"written: {path}; exidyn excite {args.robot} --show {path} draws it")
     motions = [plan_table(motion, uses, beyond) | {"written": str(path)}]
     table = {"exidyn_plan": 1, "motions": motions, "distinguished": distinguished}
+    remarks = [*distinguished, *_poor(motion)]
     if expected is not None:
-        page += _wrapped(expected.sentences)
+        remarks += expected.sentences
         table["expected"] = asdict(expected)
-    return Result("\n".join(page), table)
+    file, robot = shlex.quote(str(path)), shlex.quote(args.robot)
+    following = [f"excite {robot} --show {file}", f"record {file} --robot {robot}"]
+    return Result(plan_document(motion, uses, beyond, remarks), table, [path], following)
 
 
 def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
@@ -196,7 +198,7 @@ def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], l
 def _require_together(args: Namespace) -> None:
     """Raise if options exclude each other."""
     if args.kind != OPTIMIZED:
-        refuse_with(f"--kind {args.kind}", args, [AGAINST, *IDENTIFY_ONLY])
+        refuse_with(f"--kind {args.kind}", args, [AGAINST, LENGTH, *IDENTIFY_ONLY])
     elif args.joints:
         raise WrongUse(f"--joints cannot be used with kind '{OPTIMIZED}', in which all joints move")
     if args.against:
@@ -207,7 +209,7 @@ def _require_together(args: Namespace) -> None:
 
 def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, list[str]]:
     """A motion, and sentences on how well it distinguishes two models."""
-    wishes = _wishes(args, model, progress)
+    wishes = _wishes(args, model)
     if args.kind != OPTIMIZED:
         progress(StageText("make", f"make {args.kind}"))
         joints = [model.robot.index(joint) for joint in args.joints or ()]
@@ -217,29 +219,20 @@ def _planned(args: Namespace, model: Model, progress: Progress) -> tuple[Plan, l
     return _search(args, model, wishes, progress), []
 
 
-def _wrapped(sentences: Sequence[str]) -> list[str]:
-    return [line for sentence in sentences for line in paragraph(sentence)]
-
-
 def _poor(plan: Plan) -> list[str]:
     """A warning if the best motion is poor."""
     condition = plan.reached if plan.criterion == "condition" else float(plan.details.get("condition", 1.0))
     if not condition < WORST:
-        warning = (
-            f"the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, some "
-            "combination of parameters is hardly excited. Try a wider range or window, a longer --period, "
-            "more --search, or a model with fewer unknowns"
-        )
-        return paragraph(warning, " " * 11, "  WARNING: ")
+        return [
+            f"WARNING: the best motion found is poor: condition number {condition:.3g}; from {WORST:g} on, "
+            "some combination of parameters is hardly excited. Try a wider range or window, a longer "
+            "--period, more --search, or a model with fewer unknowns"
+        ]
     return []
 
 
 def _search(
-    args: Namespace,
-    model: Model,
-    wishes: Wishes,
-    progress: Progress,
-    goal: Discriminate | None = None,
+    args: Namespace, model: Model, wishes: Wishes, progress: Progress, goal: Discriminate | None = None
 ) -> Plan:
     [motion] = plan(
         model,
@@ -270,7 +263,7 @@ def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) 
     return best, sentences(distinguish(goal, motion, limits, best.trajectory.duration))
 
 
-def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
+def _wishes(args: Namespace, model: Model) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
     start = joint_values(args.start, model.robot.dof, "--start")
@@ -278,24 +271,14 @@ def _wishes(args: Namespace, model: Model, progress: Progress) -> Wishes:
     return Wishes(
         harmonics=args.harmonics,
         period=args.period,
-        seconds=args.length,
+        **({} if args.length is None else {"seconds": args.length}),
         margins=replace(
-            Margins(),
-            velocity=args.margin,
-            acceleration=args.margin,
-            jerk=args.margin,
-            torque=args.margin,
+            Margins(), velocity=args.margin, acceleration=args.margin, jerk=args.margin, torque=args.margin
         ),
         window=None if window is None else scale * window,
         start=None if start is None else scale * start,
         tick=args.tick,
-        clearances=read_clearances(
-            args.robot,
-            model.robot,
-            cell=args.cell,
-            collision=not args.no_collision,
-            say=progress,
-        ),
+        clearances=read_clearances(args, model.robot),
         shapes=args.shapes,
         focus=args.focus,
         bodies=_bodies(args),

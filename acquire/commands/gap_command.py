@@ -11,6 +11,7 @@ import numpy as np
 
 from exidyn.identification.diagnosis.findings.finding import Finding, Hypothesis
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.document.html import html
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_motors
 from exidyn.identification.file_names import read_failure
@@ -22,7 +23,7 @@ from exidyn.identification.in_mujoco.ladder import Stage
 from exidyn.identification.in_mujoco.replay import POSITION, TORQUE
 from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
-from exidyn.identification.pages.gap_document import Written, gap_html, gap_text, verdict
+from exidyn.identification.pages.gap_document import Written, gap_document, verdict
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.recording import Recording
@@ -32,6 +33,7 @@ from ..arguments.command import Command, Option, any_number, positive
 from ..arguments.options import (
     AS_RECORDED,
     FILTERS,
+    FULL,
     JSON,
     VALIDATE,
     make_folder,
@@ -86,6 +88,7 @@ STAGES = {
         output_option("FOLDER", Path("exidyn-gap")),
         *view_options("the recorded arm and both simulations"),
         JSON,
+        FULL,
         AS_RECORDED,
     ),
     """Two files are written: the best one by itself, for any simulator, and the one with
@@ -118,9 +121,10 @@ def gap_command(args: Namespace) -> Result:
     written = _write(result, args, original)
     table = _table(result, written)
     report = args.output / "report.html"
-    report.write_text(gap_html(result, written), encoding="utf-8")
-    paths = [Path(path) for path in dict.fromkeys(written) if path]
-    return Result(gap_text(result, written), table, [*paths, report], partial(_view, result, model))
+    document = gap_document(result, written)
+    report.write_text(html(document), encoding="utf-8")
+    view = partial(_view, result, model)
+    return Result(document, table, [report], view=view)
 
 
 def _view(result: Gap, model: Model) -> "View":

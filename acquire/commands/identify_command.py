@@ -1,17 +1,20 @@
 """exidyn identify: identify dynamics and drive gains from recordings."""
 
+import shlex
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
+from exidyn.identification.document.html import html
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.fit.verdict import JointState, joint_verdicts
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.pages.fit_document import fit_document
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
@@ -22,6 +25,7 @@ from ..arguments.command import Command, Option, table_help
 from ..arguments.options import (
     AS_RECORDED,
     FILTERS,
+    FULL,
     JSON,
     VALIDATE,
     make_folder,
@@ -30,7 +34,7 @@ from ..arguments.options import (
     robot_option,
     view_options,
 )
-from ..files.given_runs import PAYLOADS, carrying, distinct_bodies
+from ..files.given_runs import PAYLOADS, carrying, diagnose_words, distinct_bodies
 from ..terminal.stopwatch import Stopwatch
 from .import_command import DEGREES, UNITS, import_options
 from .result import Result
@@ -59,11 +63,7 @@ STAGES = {
         "exidyn identify run.mcap --shapes stribeck_friction --json -",
     ),
     (
-        Option(
-            "runs RUN...",
-            "recording (.mcap), or with --robot a table (.csv)",
-            Path,
-        ),
+        Option("runs RUN...", "recording (.mcap), or with --robot a table (.csv)", Path),
         *PAYLOADS,
         VALIDATE,
         robot_option("replaces the robot in the recordings"),
@@ -84,6 +84,7 @@ STAGES = {
         *FILTERS,
         output_option("FOLDER", Path("exidyn-fit")),
         JSON,
+        FULL,
         *view_options("measurement and prediction"),
     ),
     table_help("estimators", ESTIMATORS),
@@ -110,8 +111,18 @@ def identify_command(args: Namespace) -> Result:
         )
     file, report = args.output / "fit.json", args.output / "report.html"
     write_fit(fit, file)
-    report.write_text(report_html(fit), encoding="utf-8")
-    return Result(summary(fit), fit_text(fit), [file, report], partial(_view, fit))
+    document = fit_document(fit)
+    report.write_text(html(document), encoding="utf-8")
+    following = [_next(args, fit, file)]
+    return Result(document, fit_text(fit), [file, report], following, partial(_view, fit))
+
+
+def _next(args: Namespace, fit: Fit, file: Path) -> str:
+    """The command that tells what recordings show beyond the model, or an export if there is nothing."""
+    above = any(joint.state is JointState.FAR_ABOVE for joint in joint_verdicts(fit))
+    if above and not import_options(args):
+        return diagnose_words(args, args.robot)
+    return f"export {shlex.quote(str(file))} --to mjcf"
 
 
 def _view(fit: Fit) -> "View":

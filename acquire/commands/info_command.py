@@ -12,8 +12,8 @@ from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Option, refuse_with, refuse_without
 from ..arguments.exit_codes import DONE, LOST
-from ..arguments.options import JSON, output_option, require_file, robot_option
-from ..terminal.recording_text import describe, recording_table
+from ..arguments.options import FULL, JSON, output_option, require_file, robot_option
+from ..terminal.recording_text import recording_table, recordings_document
 from .result import Result
 
 OUTPUT = output_option("FILE", meaning="name of the repaired file, with --repair")
@@ -27,6 +27,7 @@ ROBOT = robot_option("for tables, which do not contain their robot")
         Option("runs RUN...", "recording (.mcap; .mcap.part with --repair) or table (.csv)", Path),
         ROBOT,
         JSON,
+        FULL,
         Option(
             "--repair", "write what is readable of damaged recordings to new files; the originals are kept"
         ),
@@ -38,13 +39,13 @@ run.recovered.mcap. Exit code {LOST}: part of the recording is lost.""",
 def info_command(args: Namespace) -> Result | int:
     """Print the contents of recordings, or repair them."""
     if args.repair:
-        refuse_with("--repair", args, [ROBOT, JSON])
+        refuse_with("--repair", args, [ROBOT, JSON, FULL])
         return _repair(args.runs, args.output)
     refuse_without("--repair", args, [OUTPUT])
     model = read_model(args.robot) if args.robot else None
     recordings = [recording for path in args.runs for recording in import_source(path, model)]
     table = {"exidyn_info": 1, "recordings": [recording_table(recording) for recording in recordings]}
-    return Result("\n\n".join(map(describe, recordings)), table)
+    return Result(recordings_document(recordings), table)
 
 
 def _repair(files: list[Path], output: Path | None) -> int:

@@ -13,7 +13,6 @@ import numpy as np
 from exidyn.drivers import driver_class, explain, known_drivers
 from exidyn.identification.errors import ExidynError, RecordingError, listed
 from exidyn.identification.model import Model
-from exidyn.identification.notebook import counted
 from exidyn.identification.plausible.gains import GAIN_OF
 from exidyn.identification.plausible.log_columns import log_columns
 from exidyn.identification.plausible.proposal import Proposal, propose
@@ -169,15 +168,14 @@ def _init(args: Namespace, progress: Progress) -> Result:
 
 def _result(args: Namespace, proposal: Proposal, preset: Path | None, written: list[Path]) -> Result:
     """The proposal, and the command that follows, or why import refuses the log."""
-    command = _next_command(args, proposal, preset)
+    following = [_next_command(args, log, proposal, preset) for log in args.logs]
     refusal = _refusal(args, proposal, preset)
-    others = counted(len(args.logs) - 1, "other log")
-    more = f"\nand the same for {others}" if len(args.logs) > 1 else ""
     open_questions = [g.what for g in proposal.open if not g.what.startswith((GAIN_OF, GRAVITY))]
-    first = f"Check first what is not decided ({', '.join(open_questions)}).\n" if open_questions else ""
-    following = f"import refuses the log: {refusal}" if refusal else f"{first}Next: {command}{more}"
-    content = as_json(proposal, list(map(str, written)), "" if refusal else command) | {"refusal": refusal}
-    return Result(f"{proposal_text(proposal)}\n\n{following}", content, tuple(written))
+    first = f"Check first what is not decided ({', '.join(open_questions)})." if open_questions else ""
+    said = [proposal_text(proposal), f"import refuses the log: {refusal}" if refusal else first]
+    go_on = "" if refusal else f"exidyn {following[0]}"
+    content = as_json(proposal, list(map(str, written)), go_on) | {"refusal": refusal}
+    return Result("\n\n".join(filter(None, said)), content, written, [] if refusal else following)
 
 
 def _in_si(proposal: Proposal) -> Proposal:
@@ -285,11 +283,7 @@ def _arm(urdf: Path, log: Path, table: Table | None, chosen: Mapping[str, Names]
 
 
 def _proposal(
-    logs: Sequence[Path],
-    tables: Tables | None,
-    model: Model,
-    chosen: Mapping[str, Names],
-    stated: Stated,
+    logs: Sequence[Path], tables: Tables | None, model: Model, chosen: Mapping[str, Names], stated: Stated
 ) -> Proposal:
     if tables is not None:
         log = log_columns(Columns(logs[0], tables.table, model.robot), chosen)
@@ -330,12 +324,12 @@ def _require_free(texts: dict[Path, str], args: Namespace) -> None:
             raise FileExistsError(17, "this file exists; --force overwrites it", str(path))
 
 
-def _next_command(args: Namespace, proposal: Proposal, preset: Path | None) -> str:
-    """Command line that imports the log as proposed."""
-    kind = kind_of(args.logs[0])
+def _next_command(args: Namespace, log: Path, proposal: Proposal, preset: Path | None) -> str:
+    """Command that imports a log as proposed."""
+    kind = kind_of(log)
     # A recording needs no import; it is identified with the new robot.
     verb = "identify" if preset is None and kind == "exidyn" else "import"
-    words = ["exidyn", verb, str(args.logs[0]), "--robot", str(args.output)]
+    words = [verb, str(log), "--robot", str(args.output)]
     if preset is not None and args.preset:
         words += ["--preset", str(preset)]
     effort = _effort_option(proposal, kind) if preset is None else {}

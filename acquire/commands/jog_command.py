@@ -1,9 +1,10 @@
 """exidyn jog: move one joint slowly a short distance and back, and compare it with the robot file."""
 
+import shlex
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Group, Option, number
 from ..arguments.exit_codes import DONE, WRONG
-from ..arguments.options import BODY, JSON, output_option, robot_option
+from ..arguments.options import BODY, FULL, JSON, output_option, robot_option
 from ..arguments.run_options import (
     DRIVING,
     STOPS,
@@ -31,7 +32,7 @@ from ..arguments.run_options import (
 )
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
-from ..jog.effort import FlangeTravel, flange_travel
+from ..jog.effort import flange_travel
 from ..jog.judgements import Judgement, Verdict, judge
 from ..jog.there_and_back import (
     MOST_SLIDE,
@@ -69,8 +70,6 @@ class Jog:
     travel: Travel  # travel of the joint
     args: Namespace  # parsed command line
     driver: Driver  # driver that is not open yet
-    # Expected displacement of the flange; None until the arm's position is known.
-    flange: FlangeTravel | None = field(default=None)
 
     def job(self, info: Info) -> Job:
         """The job from the arm's current position; its drives are not powered yet.
@@ -84,8 +83,8 @@ class Jog:
             raise NotAllowed("the controller only sends (ONLYSEND), so that no joint can be jogged")
         position = _standing(self.driver, info)
         require_room(robot, self.travel, position)
-        self.flange = flange_travel(robot, position, self.travel)
-        print_line(jog_text.before_motion(robot, self.travel, position, self.flange))
+        flange = flange_travel(robot, position, self.travel)
+        print_line(jog_text.before_motion(robot, self.travel, position, flange))
         limits = run_limits(robot)
         watch, current = stop_limits(self.args, robot)
         motion = there_and_back(position, self.travel, limits, info.cycle)
@@ -121,6 +120,7 @@ class Jog:
         ),
         output_option("FILE", meaning="default: jog.mcap, jog-2.mcap, ..."),
         JSON,
+        FULL,
         Group("controller", DRIVING),
         Group("limits that stop the run", STOPS),
         Group("payload on the flange", BODY),
@@ -150,7 +150,7 @@ def jog_command(args: Namespace) -> int:
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [sink])
     judgements = judge(sink.course(), travel, model, payload.name if payload else "")
     _report(jog, outcome, judgements, path)
-    print_where(recorder, path, f"info {path} shows what happened")
+    print_where(recorder, path, f"info {shlex.quote(str(path))}")
     alarm(outcome.unsafe)
     if (code := code_of(outcome)) != DONE:
         return code
@@ -180,11 +180,7 @@ def _joint(name: str, robot: Robot) -> int:
 
 
 def _driver(
-    args: Namespace,
-    name: str,
-    settings: dict[str, object],
-    model: Model,
-    payload: KnownPayload | None,
+    args: Namespace, name: str, settings: dict[str, object], model: Model, payload: KnownPayload | None
 ) -> Driver:
     """The driver; the mock gets a simulated arm."""
     require_mock(args, name)
@@ -214,5 +210,5 @@ def _report(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: P
     robot, json_file = jog.model.robot, jog.args.json
     content = {"exidyn_jog": 1, **jog_text.json_table(robot, jog.travel, judgements)}
     run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
-    page = run_summary.after(outcome) + "\n" + jog_text.after(robot, jog.travel, judgements, jog.flange)
+    page = run_summary.after(outcome, jog.args.full) + "\n" + jog_text.after(robot, jog.travel, judgements)
     hand_over(page, json_text(content | run | {"written": str(path)}), json_file)

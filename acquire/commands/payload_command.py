@@ -1,5 +1,6 @@
 """exidyn payload: identify the payload on the flange, or plan the motion for it."""
 
+import shlex
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,7 +9,7 @@ from pathlib import Path
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.model import Model
-from exidyn.identification.pages.payload_document import payload_table, payload_text
+from exidyn.identification.pages.payload_document import payload_document, payload_table
 from exidyn.identification.payload.formats import FORMATS
 from exidyn.identification.payload.payload_estimate import PayloadEstimate
 from exidyn.identification.payload.weigh import weigh
@@ -17,13 +18,13 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.text_table import digits, paragraph
+from exidyn.identification.text_table import digits
 from exidyn.trajectories.kinds.payload_motion import HEAVIEST, AnyPayload, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
-from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_summary import plan_document
 
 from ..arguments.command import (
     Command,
@@ -40,6 +41,7 @@ from ..arguments.options import (
     AS_RECORDED,
     CELL,
     FILTERS,
+    FULL,
     JSON,
     NO_COLLISION,
     joint_values,
@@ -61,6 +63,7 @@ OPEN = 0.3
 """Mean relative standard deviation beyond which the payload would count as not determined."""
 MOVING, POSES = "moving", "poses"
 """Kinds of motion."""
+DURATION = Option("--length S", f"duration with rests and leads; default: {LENGTH:g}", positive, LENGTH)
 PLAN = (
     Option("--up-to KG", "plan the motion for payloads up to this mass; needs --robot or --fit", positive),
     Option("--reach M", "largest distance of its center from the flange; default: 0.2", positive, 0.2),
@@ -70,7 +73,7 @@ PLAN = (
         (MOVING, POSES),
         MOVING,
     ),
-    Option("--length S", f"largest duration; default: {LENGTH:g}", positive, LENGTH),
+    DURATION,
     Option("--search S", f"search time; default: {SEARCH:g}", positive, SEARCH),
     Option("--start Q...", "pose at start and end [rad]", any_number),
     output_option("FILE", Path("payload.toml")),
@@ -105,6 +108,7 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
         FORMS,
         *FILTERS,
         JSON,
+        FULL,
         AS_RECORDED,
         Group("plan the motion instead", PLAN),
     ),
@@ -125,7 +129,9 @@ def payload_command(args: Namespace) -> Result:
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         result = _weighed(args, progress)
-    return Result(payload_text(result, args.forms), payload_table(result, args.forms))
+    following = [] if args.forms else [f"{args.typed} --for CONTROLLER"]
+    table = payload_table(result, args.forms)
+    return Result(payload_document(result, args.forms), table, next=following)
 
 
 def _weighed(args: Namespace, progress: Progress) -> PayloadEstimate:
@@ -169,6 +175,8 @@ def _plan(args: Namespace) -> Result:
     """Plan the motion, print and write it."""
     if not (args.robot or args.fit):
         raise WrongUse("--up-to needs the arm as --robot or --fit")
+    if args.kind == POSES:
+        refuse_with(f"--kind {POSES}", args, [DURATION])
     require_file(args.output, "--output", [path for path in (args.robot, args.fit) if path])
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if fit is None else fit.model
@@ -177,26 +185,20 @@ def _plan(args: Namespace) -> Result:
         torque = nominal_torque(motion, model)
     uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
     write_plan(motion, args.output)
-    page = [summary(motion, uses, beyond)]
+    remarks = []
     if motion.reached > OPEN:
-        page += paragraph(
+        remarks.append(
             "This motion would not determine the payload: its mean relative standard deviation is "
-            f"{digits(motion.reached, 2)}, limit {OPEN:g}. Try a larger --length or --search.",
-            "  ",
-            "  ",
+            f"{digits(motion.reached, 2)}, limit {OPEN:g}. Try a larger --length or --search."
         )
-    page.append(
-        f"written: {args.output}; exidyn record {args.output} --robot ROBOT plays it with the payload"
-    )
     table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.output)}]}
-    return Result("\n".join(page), table)
+    following = [f"record {shlex.quote(str(args.output))} --robot {shlex.quote(args.robot or 'ROBOT')}"]
+    return Result(plan_document(motion, uses, beyond, remarks), table, [args.output], following)
 
 
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
-    clearances = () if not args.robot else read_clearances(
-        args.robot, model.robot, cell=args.cell, collision=not args.no_collision, say=progress,
-    )  # fmt: skip
+    clearances = read_clearances(args, model.robot) if args.robot else ()
     start = joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)
     return payload_plan(

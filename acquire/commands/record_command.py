@@ -1,5 +1,6 @@
 """exidyn record: play a planned motion on a controller, and record the run."""
 
+import shlex
 import sys
 from argparse import Namespace
 from collections.abc import Callable
@@ -27,6 +28,7 @@ from ..arguments.options import (
     BODY,
     CELL,
     CHECK,
+    FULL,
     JSON,
     NO_COLLISION,
     PLAN,
@@ -83,6 +85,7 @@ MOTION = (
         robot_option(required=True),
         output_option("FILE", meaning="default: run.mcap, run-2.mcap, ..."),
         JSON,
+        FULL,
         Group("controller", DRIVING),
         Group("motion", MOTION),
         Group("limits that stop the run", STOPS),
@@ -142,7 +145,7 @@ def record_command(args: Namespace) -> int:
         trajectory=plan_text(within(plan, ready.model.robot)),
         speed=f"{args.speed:g}",
     )
-    outcome = _record(targets, driver, job, path, head, _advice(plan), args.json)
+    outcome = _record(targets, driver, job, path, head, args, _next(plan, path))
     return code_of(outcome)
 
 
@@ -158,10 +161,10 @@ def _print_expected(args: Namespace, plan: Plan, payload: KnownPayload | None) -
         print("\n".join(paragraph(sentence)), file=sys.stderr)
 
 
-def _advice(plan: Plan) -> str:
-    """The next command and what it does, with a place for the recording."""
+def _next(plan: Plan, path: Path) -> str:
+    """The command that usually follows a complete recording."""
     weighs = "payload" in plan.details  # planned by `exidyn payload`
-    return "payload {} --fit FIT identifies the payload" if weighs else "identify {} finds its dynamics"
+    return f"{'payload' if weighs else 'identify'} {shlex.quote(str(path))}{' --fit FIT' * weighs}"
 
 
 def _cycle(driver: Driver, ready: CheckedPlan) -> float:
@@ -205,12 +208,7 @@ def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, .
     surroundings = read_surroundings(sources_of(args.robot, args.cell))
     if not (args.approach or plan.edited or surroundings):
         return ()
-    return read_clearances(
-        args.robot,
-        model.robot,
-        cell=args.cell,
-        collision=not args.no_collision,
-    )
+    return read_clearances(args, model.robot)
 
 
 def _record(
@@ -219,18 +217,17 @@ def _record(
     job: Job,
     path: Path,
     head: Callable[[Info], Callable[[Sample], bytes]],
-    advice: str,
-    json_file: Path | None = None,
+    args: Namespace,
+    following: str,
 ) -> Outcome:
-    """Run, record, and print the outcome, with the next command as advice if the run completed."""
+    """Run, record, and print the outcome, with the next command if the run completed."""
 
     def viewers() -> list[PipeSink]:
         return [*start_view(targets), *start_progress(job.motion.duration)]
 
     outcome, recorder = run_recorded(driver, job, path, head, viewers)
     table = run_summary.table(outcome) | {"written": str(path)}
-    hand_over(run_summary.after(outcome), json_text(table), json_file)
-    advice = advice if outcome.stop is None else "info {} shows what happened"
-    print_where(recorder, path, advice.format(path))
+    hand_over(run_summary.after(outcome, args.full), json_text(table), args.json)
+    print_where(recorder, path, following if outcome.stop is None else f"info {shlex.quote(str(path))}")
     alarm(outcome.unsafe)
     return outcome

@@ -6,21 +6,29 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from exidyn.identification.document.document import Document
+from exidyn.identification.document.text import brief_text, text
+
 from ..arguments.exit_codes import DONE
-from ..terminal.json_output import hand_over, json_text, print_written
+from ..terminal.json_output import hand_over, json_text, print_next, print_written
 
 if TYPE_CHECKING:
     from ..views.viewers import View
+
+LINES = 25
+"""Lines that a command prints by default, which a terminal shows without scrolling."""
 
 
 @dataclass(frozen=True)
 class Result:
     """What a command returns."""
 
-    page: str | None = None  # text for a person; None if the result consists of its files or its view
+    # Text or document for a person; None if the result consists of its files or its view.
+    page: str | Document | None = None
     # The result for scripts, or the text of its JSON, which --json prints or writes.
     table: Mapping[str, Any] | str = ""
     written: Sequence[Path] = ()  # files that the command wrote
+    next: Sequence[str] = ()  # commands that usually follow
     # Function that makes the view of --view, --serve and --save, and imports Rerun.
     view: "Callable[[], View] | None" = None
     code: int = DONE  # exit code
@@ -28,10 +36,15 @@ class Result:
     def deliver(self, args: Namespace) -> int:
         """Print the result, and show its view, as the command line states; return the exit code."""
         if self.page is not None:
-            text = self.table if isinstance(self.table, str) else json_text(dict(self.table))
-            hand_over(self.page, text, args.json)
+            content = self.table if isinstance(self.table, str) else json_text(dict(self.table))
+            page = self.page
+            if isinstance(page, Document):
+                room = LINES - len(self.written) - len(self.next)
+                page = text(page) if args.full else brief_text(page, room)
+            hand_over(page, content, args.json)
         if self.written:
             print_written(*self.written)
+        print_next(*self.next)
         if self.view is not None and (args.view or args.save or getattr(args, "serve", None)):
             from ..views.live_view import Targets
             from ..views.viewers import show

@@ -16,7 +16,7 @@ from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_limits import file_warnings, within
 from exidyn.trajectories.plans.plan_page import Around, plan_page
 from exidyn.trajectories.plans.plan_space import Space, space_of
-from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_summary import plan_document
 
 from ..arguments.command import Option, WrongUse, positive, print_warning
 from ..arguments.options import require_file, view_options
@@ -52,9 +52,7 @@ def show_motion(args: Namespace) -> Result:
         plan = within(plan, model.robot)
         torque = nominal_torque(plan, model)
         # without a margin, which was a matter of planning
-        clearances = read_clearances(
-            args.robot, model.robot, cell=args.cell, collision=not args.no_collision, distance=0.0
-        )
+        clearances = read_clearances(args, model.robot, distance=0.0)
     approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
     beyond = [*violations(plan, torque), *beyond_words(approaches)]
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
@@ -67,7 +65,7 @@ def show_motion(args: Namespace) -> Result:
     path.write_text(content, encoding="utf-8")
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
     view = partial(_view, plan, model, around.space) if model and around else None
-    return Result(summary(plan, uses, beyond), table, [path], view)
+    return Result(plan_document(plan, uses, beyond), table, [path], view=view)
 
 
 def _differences(plan: Plan, model: Model | None) -> list[str]:

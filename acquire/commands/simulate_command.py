@@ -1,5 +1,6 @@
 """exidyn simulate: simulate a planned motion in closed loop, and compare it with a recording."""
 
+import shlex
 import time
 from argparse import Namespace
 from dataclasses import replace
@@ -28,20 +29,12 @@ from ..arguments.command import (
     refuse_without,
     valid_if,
 )
-from ..arguments.options import (
-    BODY,
-    JSON,
-    PLAN,
-    SPEED,
-    output_option,
-    require_file,
-    seed_option,
-)
+from ..arguments.options import BODY, FULL, JSON, PLAN, SPEED, output_option, require_file, seed_option
 from ..arguments.run_options import PAYLOAD
 from ..files.given_runs import ARM_HELP, read_arm
 from ..run.arms import noise_seed
 from ..run.simulated import simulated
-from ..terminal.stopwatch import with_bar
+from ..terminal.stopwatch import Stopwatch
 from .comparison import COMPARISON, compare_with
 from .result import Result
 
@@ -79,6 +72,7 @@ BODIES = (Option("--payload NAME", "name of a payload of the model", default="")
         Option("plan [TRAJECTORY]", PLAN.meaning, Path),
         output_option("FILE", Path("sim.mcap")),
         JSON,
+        FULL,
         *SIMULATION,
         Group("payload on the flange: one of the model, or another", BODIES),
         Group(
@@ -97,8 +91,8 @@ def simulate_command(args: Namespace) -> Result:
     if args.plan is None:
         refuse_without("TRAJECTORY", args, [*SIMULATION, *BODIES])
         return compare_with(args, Path(args.arm))
-    simulation, comparison = _simulated(args), compare_with(args, args.output)
-    return replace(comparison, page=f"{simulation.page}\n\n{comparison.page}", written=simulation.written)
+    simulation = _simulated(args)
+    return replace(compare_with(args, args.output, str(simulation.page)), written=simulation.written)
 
 
 def _simulated(args: Namespace) -> Result:
@@ -110,14 +104,16 @@ def _simulated(args: Namespace) -> Result:
         for sentence in [*file_warnings(plan, arm.robot), *robot_differences(plan, arm.robot)]:
             print_warning(sentence)
     began, run = time.perf_counter(), args.output.stem
-    recording = simulated(
-        arm, plan, nominal, payload, speed=args.speed, tick=args.tick, seed=noise_seed(args.seed, run),
-        name=run, watched=with_bar,
-    )  # fmt: skip
+    with Stopwatch() as progress:
+        recording = simulated(
+            arm, plan, nominal, payload, speed=args.speed, tick=args.tick, seed=noise_seed(args.seed, run),
+            name=run, watched=progress.over,
+        )  # fmt: skip
     seconds = time.perf_counter() - began
     write_recording(recording, args.output)
     table = _table(recording, seconds) | {"written": str(args.output)}
-    return Result(_summary(recording, seconds), table, [args.output])
+    following = [f"simulate {shlex.quote(str(args.output))} --against RUN"] if args.against is None else []
+    return Result(_summary(recording, seconds), table, [args.output], following)
 
 
 def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:

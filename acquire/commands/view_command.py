@@ -26,9 +26,7 @@ if TYPE_CHECKING:
     ),
     (
         Option(
-            "files FILE...",
-            "recordings (.mcap, .csv); or fit.json and recordings; or diagnosis.json",
-            Path,
+            "files FILE...", "recordings (.mcap, .csv); or fit.json and recordings; or diagnosis.json", Path
         ),
         robot_option("for tables, which do not contain their robot"),
         SERVE,

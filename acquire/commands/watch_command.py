@@ -2,8 +2,9 @@
 
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -16,23 +17,19 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Group, Option, positive, print_warning
-from ..arguments.options import (
-    ALARMS_PER_HOUR,
-    FREE,
-    JSON,
-    payload_name,
-    require_apart,
-    robot_option,
-)
+from ..arguments.options import ALARMS_PER_HOUR, FREE, JSON, payload_name, require_apart, robot_option
 from ..arguments.run_options import CONTROLLER, read_controller
 from ..run.arms import make_driver, standing_arm
+from ..run.frames import END, STAGES, sample_frame, text_frame
 from ..run.listener import Listener, Reading
+from ..run.pipe import Sink
+from ..run.recorder import RunHead
 from ..run.stopping.stop import StopRequests
 from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN, print_written
 from ..terminal.run_summary import confirm_reading
 from ..terminal.watch_text import Redraw, json_line, line, table_lines
-from ..views.live_view import CONTACT_PROCESS, VIEW, Targets, require_showable, start_view
+from ..views.live_view import CONTACT_PROCESS, PROCESS, VIEW, Targets, require_showable, start_view
 
 if TYPE_CHECKING:
     from ..terminal.live_contact import LiveContact
@@ -47,8 +44,8 @@ STEP = 0.05
     "Show what a controller measures, live. Nothing is commanded and no drive is powered.",
     (
         "exidyn watch --controller cell.toml                        # positions in radians",
-        "exidyn watch --controller cell.toml --robot robot.toml     # in degrees, with the limits",
         "exidyn watch --controller cell.toml --length 10 --json -   # one line of JSON per reading",
+        "exidyn watch --controller cell.toml --robot robot.toml --view    # in degrees; plots and the arm",
         "exidyn watch --controller cell.toml --fit fit.json --free free.mcap --view  # contacts",
     ),
     (
@@ -64,7 +61,7 @@ STEP = 0.05
                 Option("--payload NAME", "payload of the fit on the flange; default: none", payload_name, ""),
             ),
         ),
-        Group("live view of the external torques (with --fit)", VIEW),
+        Group("live view of the measurements; with --fit of the external torques", VIEW),
         JSON,
     ),
 )
@@ -73,10 +70,13 @@ def watch_command(args: Namespace) -> None:
     with ExitStack() as stack:
         targets = _targets(args)
         contact = _contact(args)
-        driver, units = _driver(args, contact)
+        model = _model(args, contact, targets)
+        driver, units = _driver(args, model)
         confirm_reading(driver.risk_of_reading)
-        if contact is not None and targets.any:
-            contact.show([stack.enter_context(view) for view in start_view(targets, CONTACT_PROCESS)])
+        process = PROCESS if contact is None else CONTACT_PROCESS
+        views = [stack.enter_context(view) for view in start_view(targets, process)]
+        if contact is not None and views:
+            contact.show(views)
         requests = stack.enter_context(StopRequests())
         stack.callback(driver.close)
         info = driver.open_to_read()
@@ -88,7 +88,10 @@ def watch_command(args: Namespace) -> None:
         if args.json is not None and args.json != SCREEN:
             file = stack.enter_context(Path(args.json).open("w", encoding="utf-8"))
         listener = stack.enter_context(Listener(driver))
-        _show(args, _readings(args, listener, requests), units, info, file, contact)
+        readings = _readings(args, listener, requests)
+        if contact is None and model is not None:
+            readings = _shown(readings, views, model, info)
+        _show(args, readings, units, info, file, contact)
     if args.save is not None:
         print_written(args.save)
 
@@ -96,14 +99,9 @@ def watch_command(args: Namespace) -> None:
 def _targets(args: Namespace) -> Targets:
     """Targets of the live view, checked before any work is done."""
     targets = Targets(args.view, args.serve, args.save)
-    if targets.any and args.fit is None:
-        raise BadSettings(
-            "--view, --serve and --save show external torques; name the fit with --fit. "
-            "exidyn record shows a run that it records"
-        )
     require_showable(targets)
     if args.save is not None:
-        require_apart(args.save, "--save", [args.fit, *args.free])
+        require_apart(args.save, "--save", [*([args.fit] if args.fit else []), *args.free])
     return targets
 
 
@@ -122,13 +120,13 @@ def _contact(args: Namespace) -> "LiveContact | None":
     return LiveContact(fit, free, args.payload, args.alarms_per_hour)
 
 
-def _driver(args: Namespace, contact: "LiveContact | None") -> tuple[Driver, JointUnits]:
+def _driver(args: Namespace, model: Model | None) -> tuple[Driver, JointUnits]:
     name, settings = read_controller(args.controller, args.driver, args.set)
     if (
         name == "mock"
     ):  # otherwise its simulated time would run ahead, even if a controller file sets the clock
         settings["clock"] = "real"
-    if (model := _model(args, contact)) is not None:
+    if model is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)
     count = driver_class(name).count_joints(settings)
@@ -143,9 +141,11 @@ def _driver(args: Namespace, contact: "LiveContact | None") -> tuple[Driver, Joi
     return create(name, settings, arm), JointUnits.unknown(arm)
 
 
-def _model(args: Namespace, contact: "LiveContact | None") -> Model | None:
-    """The model of --robot, or else of the fit; None without either."""
+def _model(args: Namespace, contact: "LiveContact | None", targets: Targets) -> Model | None:
+    """The model of --robot, or else of the fit; None without either, which a view needs."""
     if args.robot is None:
+        if contact is None and targets.any:
+            raise BadSettings("--view, --serve and --save draw the arm; name it with --robot")
         return None if contact is None else contact.fit.model
     model = read_model(args.robot)
     if contact is None:
@@ -173,6 +173,21 @@ def _readings(args: Namespace, listener: Listener, requests: StopRequests) -> It
         if over:
             return
         listener.clock.sleep(STEP)
+
+
+def _shown(
+    readings: Iterator[tuple[float, Reading]], views: Sequence[Sink], model: Model, info: Info
+) -> Iterator[tuple[float, Reading]]:
+    """The readings, each put to the live views of the measurements as it comes."""
+    head = RunHead("watch", model, signals=info.signals).frame()
+    for view in views:
+        view.put(head)
+    for seconds, reading in readings:
+        for view, sample in product(views, reading.samples):
+            view.put(sample_frame(sample, None, STAGES.index("listening")))
+        yield seconds, reading
+    for view in views:
+        view.put(text_frame(END, {"stop": "none", "text": "the arm is no longer watched"}))
 
 
 def _show(

@@ -51,7 +51,7 @@ def steps(folder: Path, length: float, search: float | None) -> list[Step]:
         recorded(folder, "loaded", "loaded", 2, *body, "--inertia", *INERTIA),
         recorded(folder, "other", "other", 3),
         step("identify", *runs, "--output", folder / "exidyn-fit"),
-        step("diagnose", folder / NOMINAL, *runs, "--output", folder / "exidyn-diagnosis"),
+        step("diagnose", *runs, "--robot", folder / NOMINAL, "--output", folder / "exidyn-diagnosis"),
         _export(folder / "exidyn-diagnosis" / "fit.json", "toml", folder / IMPROVED),
         *_simulated(folder, folder / "exidyn-fit" / "fit.json", "before"),
         *_simulated(folder, folder / IMPROVED, "after"),
@@ -82,10 +82,7 @@ def words(result: Result) -> str:
     """The result as one page of text."""
     width = page_width.get()
     parts = [
-        [
-            "A concealed balancer, and the findings in the recordings".center(width).rstrip(),
-            "=" * width,
-        ],
+        ["A concealed balancer, and the findings in the recordings".center(width).rstrip(), "=" * width],
         [
             *paragraph(_concealed(result), " " * 11, "concealed: "),
             *paragraph(_named(result), " " * 11, "named:     "),

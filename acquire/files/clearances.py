@@ -1,6 +1,6 @@
 """Clearances of a motion: from the arm itself, from obstacles, and from the bounds of regions."""
 
-from collections.abc import Callable
+from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.arm.robot import Robot
@@ -13,43 +13,35 @@ from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.clearances.collision import REQUIRED, Collision
 from exidyn.trajectories.clearances.region import read_regions
 
+from ..arguments.command import print_warning
 
-def read_clearances(
-    source: str | Path,
-    robot: Robot,
-    *,
-    cell: Path | None = None,
-    collision: bool = True,
-    distance: float = REQUIRED,
-    say: Callable[[str], None] = lambda _: None,
-) -> tuple[Clearance, ...]:
-    """Clearances of the arm of a robot.toml, URDF, MJCF or built-in name.
+
+def read_clearances(args: Namespace, robot: Robot, distance: float = REQUIRED) -> tuple[Clearance, ...]:
+    """Clearances of an arm by the options of a command: --robot, --cell and --no-collision.
 
     Args:
-        source: File or built-in name of the robot.
-        robot: The robot that was read from the source.
-        cell: Another file with `[[obstacle]]` and `[[region]]` rows.
-        collision: Whether to check the arm's geometry and obstacles.
-        distance: Smallest distance between bodies, and between bodies and obstacles [m].
-        say: Function that takes sentences on what is checked.
+        args: Parsed command line.
+        robot: The robot that was read from `args.robot`.
+        distance: Smallest distance between bodies, and between bodies and obstacles [m]; with one above 0,
+            warnings are printed on what is not checked.
 
     Raises:
         RobotError: If a file is wrong, or there are obstacles but the robot has no collision geometry.
     """
-    surroundings = read_surroundings(sources_of(source, cell))
+    surroundings = read_surroundings(sources_of(args.robot, args.cell))
     regions = read_regions(list(surroundings.regions), robot) if surroundings.regions else []
-    if not collision:
+    if args.no_collision:
         return tuple(regions)
-    geometry = read_geometry(source)
-    if geometry is None:
-        _refuse(source, surroundings.obstacles)
-        say("the robot has no collision geometry: self-collision is not checked")
-        return tuple(regions)
-    bodies = Collision.of(robot, with_obstacles(geometry, surroundings.obstacles), distance)
-    say(f"{len(bodies.names)} pairs of bodies are kept {distance:g} m apart")
-    for sentence in _unchecked_pairs(bodies, surroundings.obstacles):
-        say(sentence)
-    return (bodies, *regions)
+    if (geometry := read_geometry(args.robot)) is None:
+        _refuse(args.robot, surroundings.obstacles)
+        unchecked = ["the robot has no collision geometry: self-collision is not checked"]
+        clearances = list[Clearance](regions)
+    else:
+        bodies = Collision.of(robot, with_obstacles(geometry, surroundings.obstacles), distance)
+        unchecked, clearances = _unchecked_pairs(bodies, surroundings.obstacles), [bodies, *regions]
+    for sentence in unchecked if distance else ():
+        print_warning(sentence)
+    return tuple(clearances)
 
 
 def sources_of(source: str | Path, cell: Path | None) -> list[str | Path]:

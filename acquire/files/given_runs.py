@@ -1,11 +1,12 @@
 """Inputs of commands: an arm, and runs with payloads, roles and distinct names."""
 
 import argparse
+import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.description import ENDINGS, NAMED
 from exidyn.identification.robot_files.robot_file import builtin_names, read_model
 
-from ..arguments.command import Option, any_number
+from ..arguments.command import Option, WrongUse, any_number
 
 Named = TypeVar("Named", Recording, Trace)
 ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
@@ -71,6 +72,18 @@ def read_arm(source: str) -> Model:
     if source.endswith(".mcap"):
         return read_recording(source).model
     return identified(read_fit(source)) if source.endswith(".json") else read_model(source)
+
+
+def single_recording(path: Path, model: Model | None) -> Recording:
+    """The only recording at a path."""
+    recordings = import_source(path, model)
+    if len(recordings) != 1:
+        names = ", ".join(recording.name for recording in recordings)
+        raise RecordingError(
+            f"{path} holds {len(recordings)} recordings: {names or 'none'}; write the intended one to a "
+            "separate file with exidyn import"
+        )
+    return recordings[0]
 
 
 @dataclass
@@ -179,27 +192,18 @@ def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:
     return named
 
 
-class Case(NamedTuple):
-    """A nominal robot and its runs."""
-
-    name: str  # name of the robot
-    model: Model  # nominal model
-    runs: list[tuple[str, Recording]]  # role and recording of each run
-
-
-def recorded_case(args: argparse.Namespace) -> Case:
-    """The robot and the runs of a command line; without a robot, the robot in the recordings.
+def recorded_case(args: argparse.Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
+    """The nominal model, and role and recording of each run; without --robot, the robot in the recordings.
 
     Raises:
-        RecordingError: If there are no runs.
+        WrongUse: If the robot is given among the runs.
     """
-    first = args.sources[0]
-    is_robot = first in builtin_names() or Path(first).suffix in (".toml", *ENDINGS)
-    model = read_model(first) if is_robot else None
+    _refuse_robot_among_runs(args)
+    model = read_model(args.robot) if args.robot else None
     runs = [
         (recording.settings.get("role") or ROLE, recording)
-        for source in args.sources[0 if model is None else 1 :]
-        for recording in import_source(Path(source), model)
+        for path in args.runs
+        for recording in import_source(path, model)
     ]
     for role in ("slow", "validate"):
         runs += [
@@ -207,9 +211,28 @@ def recorded_case(args: argparse.Namespace) -> Case:
         ]
     for run in args.payload:
         runs += [(LOADED, carrying(recording, run)) for recording in import_source(run.path, model)]
-    if not runs:
-        raise RecordingError("a robot without runs: give at least one recording after it")
     named = distinct_bodies([recording for _, recording in runs])
     roles = [role for role, _ in runs]
-    model = model or same_robot(named)
-    return Case(model.robot.name, model, list(zip(roles, named, strict=True)))
+    return model or same_robot(named), list(zip(roles, named, strict=True))
+
+
+def _refuse_robot_among_runs(args: argparse.Namespace) -> None:
+    """Raise with the command to type, since --robot names the robot."""
+    for path in args.runs:
+        if str(path) in builtin_names() or path.suffix in (".toml", *ENDINGS):
+            others = [run for run in args.runs if run != path] or [Path("RUN")]
+            corrected = diagnose_words(argparse.Namespace(**vars(args) | {"runs": others}), str(path))
+            raise WrongUse(f"{path} is a robot, not a run; type: exidyn {corrected}")
+
+
+def diagnose_words(args: argparse.Namespace, robot: str | None) -> str:
+    """The command, without "exidyn", that diagnoses the runs of a command line."""
+    words = ["diagnose", *args.runs]
+    for role in ("slow", "validate"):
+        words += [f"--{role}", *paths] if (paths := getattr(args, role, [])) else []
+    for run in args.payload:
+        words += ["--payload", run.path]
+        for name, value in run.numbers.items():
+            words += [f"--{name}", *(f"{number:g}" for number in np.ravel(value))]
+    words += ["--robot", robot] if robot else []
+    return shlex.join(map(str, words))

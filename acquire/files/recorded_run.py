@@ -24,7 +24,7 @@ from ..run.recorder import RunHead, part_of, start_recorder
 from ..run.stopping.standstill import unknown_at_end
 from ..run.stopping.stop import StopRequests
 from ..terminal import run_summary
-from ..terminal.json_output import print_written
+from ..terminal.json_output import print_next, print_written
 
 BLOCKED_LOOP = f"the driver or this computer has been blocked for {BLOCKED:g} s"
 """Warning while the loop is blocked."""
@@ -139,7 +139,8 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
     `advice` is the next command for a complete recording, without "exidyn".
     """
     if path.exists():
-        print_written(path, advice=f"exidyn {advice}")
+        print_written(path)
+        print_next(advice)
     elif part_of(path).exists():
         print(
             f"exidyn: {recorder.failure or 'the recorder did not finish'}; what was written is in "

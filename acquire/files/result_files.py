@@ -8,6 +8,7 @@ from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.consistency import check_diagnosis
 from exidyn.identification.diagnosis.words.diagnosis_file import FORMAT as DIAGNOSIS_FORMAT
 from exidyn.identification.errors import NotAFile
+from exidyn.identification.file_names import other_format
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit, read_json
 from exidyn.identification.pages.compared_document import verdict
@@ -53,7 +54,8 @@ def read_diagnosis(path: Path) -> Diagnosis:
     Raises:
         NotAFile: If it is of another format, or a field is invalid; the message names the field.
     """
-    diagnosis = from_table(_of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT), Diagnosis, str(path))
+    table = _of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT, "diagnose RUN")
+    diagnosis = from_table(table, Diagnosis, str(path))
     try:
         check_diagnosis(diagnosis)
     except Disagreement as error:
@@ -89,11 +91,12 @@ def read_comparison(path: Path) -> Comparison:
     Raises:
         NotAFile: If it is damaged or of another format.
     """
-    return from_table(_of_format(path, "exidyn_comparison"), Comparison, str(path))
+    table = _of_format(path, "exidyn_comparison", FORMAT, "simulate SIM --against RUN")
+    return from_table(table, Comparison, str(path))
 
 
-def _of_format(path: Path, key: str, valid: int = FORMAT) -> dict[str, Any]:
+def _of_format(path: Path, key: str, valid: int, command: str) -> dict[str, Any]:
     table = _read_table(path)
     if (number := table.get(key)) != valid:
-        raise NotAFile(f"{path} has format {number}; this version reads {valid}; update exidyn")
+        raise NotAFile(f"{path} has {other_format(number, valid, command)}")
     return table

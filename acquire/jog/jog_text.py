@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from exidyn.identification.arm.robot import Robot
+from exidyn.identification.document.text import fact_lines
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
@@ -29,8 +30,7 @@ def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
         f"{scale * travel.distance:+.2f} {unit} and back at {scale * travel.speed:.2g} {unit}/s, "
         f"about {duration(travel):.0f} s"
     ]
-    width = max(map(len, facts)) + 2
-    return "\n".join([*lines, *(f"  {name + ':':<{width}}{text}" for name, text in facts.items())])
+    return "\n".join([*lines, *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")])
 
 
 def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:
@@ -62,17 +62,16 @@ def _vector(values: np.ndarray, form: str) -> str:
     return ", ".join(f"{axis} {form.format(value)}" for axis, value in zip("xyz", small, strict=True))
 
 
-def after(robot: Robot, travel: Travel, judgements: Sequence[Judgement], flange: FlangeTravel | None) -> str:
+def after(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> str:
     """The result of the jog."""
     rows = [[j.name, _number(j.value, j), _range(j), j.unit, str(j.verdict)] for j in judgements]
     lines = ["", *table(["", "measured", "expected", "", ""], rows, left=(0, 2, 3, 4))]
     for text in dict.fromkeys(j.text for j in judgements if j.text):
         names = ", ".join(j.name for j in judgements if j.text == text)
         lines += paragraph(text, " " * 4, f"  {names}: ")
-    lines += ["", *paragraph(summary(robot.joints[travel.joint], judgements))]
-    if flange is not None:
-        lines += [*paragraph(LOOK), *expected(robot, travel, flange)]
-    return "\n".join(lines)
+    return "\n".join(
+        [*lines, "", *paragraph(f"{summary(robot.joints[travel.joint], judgements, names=False)} {LOOK}")]
+    )
 
 
 def _range(judgement: Judgement) -> str:
@@ -87,17 +86,18 @@ def _number(value: float, judgement: Judgement) -> str:
     return f"{value:.3f}" if judgement.unit == OF_WAY and np.isfinite(value) else digits(value)
 
 
-def summary(joint: str, judgements: Sequence[Judgement]) -> str:
-    """The verdict on the joint in a sentence."""
+def summary(joint: str, judgements: Sequence[Judgement], names: bool = True) -> str:
+    """The verdict on the joint in a sentence, with the names of the judgments or without."""
     named = {v: [judgement.name for judgement in judgements if judgement.verdict is v] for v in Verdict}
+    words = {v: f": {', '.join(named[v])}" if names else "" for v in Verdict}
     if named[Verdict.WRONG]:
-        return f"{joint} is NOT as it should be: {', '.join(named[Verdict.WRONG])}."
+        return f"{joint} is NOT as it should be{words[Verdict.WRONG]}."
     if not named[Verdict.RIGHT]:
         return f"{joint}: nothing can be judged."
     unknown = (
-        f" Not shown by this motion: {', '.join(named[Verdict.UNKNOWN])}." if named[Verdict.UNKNOWN] else ""
+        f" Not shown by this motion{words[Verdict.UNKNOWN]}." if names and named[Verdict.UNKNOWN] else ""
     )
-    return f"{joint} looks right: {', '.join(named[Verdict.RIGHT])}.{unknown}"
+    return f"{joint} looks right{words[Verdict.RIGHT]}.{unknown}"
 
 
 def json_table(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> dict[str, Any]:

@@ -126,12 +126,7 @@ class StartRules:
 
 
 def plan_start(
-    player: Player,
-    measured: np.ndarray,
-    robot: Robot,
-    limits: Limits,
-    rules: StartRules,
-    info: Info,
+    player: Player, measured: np.ndarray, robot: Robot, limits: Limits, rules: StartRules, info: Info
 ) -> Phases:
     """Plan the approach from where the arm stands to the start of the motion.
 

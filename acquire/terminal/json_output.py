@@ -10,7 +10,7 @@ from typing import Any, TextIO
 import numpy as np
 
 import exidyn.quoting as quoting
-from exidyn.identification.text_table import page_width
+from exidyn.identification.text_table import page_width, paragraph
 from exidyn.quoting import visible
 
 from ..screen import beneath
@@ -59,17 +59,18 @@ def _in(attribute: str, text: str) -> str:
     return f"\x1b[{attribute}m{text}\x1b[0m"
 
 
-def print_written(*paths: Path, advice: str = "") -> None:
-    """Print the names of written files on standard error, on one line if they fit.
+def print_written(*paths: Path) -> None:
+    """Print the names of written files on standard error; if they are too long, the folder once."""
+    listed, [folder, *others] = ", ".join(map(str, paths)), dict.fromkeys(path.parent for path in paths)
+    if len(paths) > 1 and not others and len(HEAD + listed) > page_width.get():
+        listed = f"in {folder}: {', '.join(path.name for path in paths)}"
+    print("\n".join(paragraph(listed, " " * len(HEAD), HEAD)), file=sys.stderr)
 
-    Args:
-        paths: Paths of the files.
-        advice: What to do with a single file, printed after its name.
-    """
-    together = ", ".join(map(str, paths))
-    fits = len(HEAD + together) <= page_width.get()
-    listed = together if fits else (",\n" + " " * len(HEAD)).join(map(str, paths))
-    print(f"{HEAD}{listed}{advice and '; '}{advice}", file=sys.stderr)
+
+def print_next(*commands: str) -> None:
+    """Print the commands that usually follow on standard error, each ready to be pasted."""
+    for command in commands:
+        print(f"next: exidyn {command}", file=sys.stderr)
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

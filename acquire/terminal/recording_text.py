@@ -1,10 +1,12 @@
 """Contents of a recording: as lines for a person, and as a plain table for JSON."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from exidyn.identification.document.document import Code, Document, Section, Statements, Table
+from exidyn.identification.document.text import blocks_lines, fact_lines
 from exidyn.identification.effects import name_of
 from exidyn.identification.recordings.align import follows_by
 from exidyn.identification.recordings.recording import (
@@ -15,7 +17,7 @@ from exidyn.identification.recordings.recording import (
     Signal,
     Timing,
 )
-from exidyn.identification.text_table import INDENT, digits, paragraph, table
+from exidyn.identification.text_table import INDENT, UNKNOWN, digits, paragraph, table
 from exidyn.quoting import one_line
 
 SHOWN = 40
@@ -24,8 +26,30 @@ SHOWN_STATES = 8
 """Largest number of changes of a controller state that are printed."""
 
 
+def recordings_document(recordings: Sequence[Recording]) -> Document:
+    """Contents of recordings; in short what was recorded, how it ended, and the signals."""
+    sections = [Section("", recording.name, [Code(describe(recording))]) for recording in recordings]
+    brief = [
+        block for recording in recordings for block in (Statements(_said(recording)), _signals(recording))
+    ]
+    return Document(
+        ", ".join(one_line(recording.name) for recording in recordings), "", sections, brief=brief
+    )
+
+
+def _said(recording: Recording) -> list[str]:
+    """Robot, duration, payload and origin of a recording; its end; its warnings."""
+    origin = [f"driver {driver}"] if (driver := recording.settings.get("driver")) else []
+    facts = [f"{recording.duration:.3f} s", f"payload {payload_words(recording)}", *origin]
+    cycles = "; ".join(_cycles(recording.timing)) if recording.timing is not None else ""
+    course = (
+        " ".join(lines.split()) for lines in (cycles, *_following(recording), *_outcome(recording.outcome))
+    )
+    return [f"{recording.robot.name}: {', '.join(facts)}", *filter(None, course), *recording.warnings]
+
+
 def describe(recording: Recording) -> str:
-    """Robot, signals, ranges, payload, settings and warnings of a recording, as lines."""
+    """Robot, payload, settings, signals, ranges, course and warnings of a recording, as lines."""
     robot = recording.robot
     facts = {
         "robot": f"{robot.name}: {', '.join(robot.joints)}",
@@ -35,11 +59,8 @@ def describe(recording: Recording) -> str:
         "trajectory": "inside" if recording.trajectory else "none",
         **{one_line(name): text for name, text in recording.settings.items()},
     }
-    lines = [one_line(recording.name)]
-    width = max(map(len, facts)) + 2
-    for name, text in facts.items():
-        lines += paragraph(str(text), " " * (width + 2), f"  {name + ':':<{width}}")
-    for block in (_signals(recording), _ranges(recording), _course(recording)):
+    lines = [one_line(recording.name), *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")]
+    for block in (blocks_lines([_signals(recording)]), _ranges(recording), _course(recording)):
         lines += ["", *(f"  {line}" for line in block)] if block else []
     return "\n".join(lines + warning_lines(recording))
 
@@ -57,18 +78,13 @@ def warning_lines(recording: Recording) -> list[str]:
     return [line for warning in recording.warnings for line in paragraph(warning, " " * 11, "  warning: ")]
 
 
-def _signals(recording: Recording) -> list[str]:
+def _signals(recording: Recording) -> Table:
     """Table of the signals: unit, number of samples, rate."""
     rows = [
-        [
-            name,
-            _unit(recording, name),
-            str(len(signal)),
-            digits(signal.rate) if signal.rate else "-",
-        ]
+        [name, _unit(recording, name), str(len(signal)), digits(signal.rate) if signal.rate else UNKNOWN]
         for name, signal in recording.signals.items()
     ]
-    return table(["signal", "unit", "samples", "Hz"], rows, left=(0, 1))
+    return Table(["signal", "unit", "samples", "Hz"], rows, words=(1,))
 
 
 def _ranges(recording: Recording) -> list[str]:
@@ -92,7 +108,8 @@ def _range(column: np.ndarray) -> str:
 
 def _course(recording: Recording) -> list[str]:
     """Cycles, events and outcome of a recorded run, as lines; none for an imported recording."""
-    lines = _cycles(recording.timing) if recording.timing is not None else []
+    cycles = _cycles(recording.timing) if recording.timing is not None else []
+    lines = [line for sentence in cycles for line in paragraph(sentence, "  ", "", INDENT)]
     lines += _following(recording)
     lines += _controller(recording.controller) if recording.controller is not None else []
     if recording.events:
@@ -110,10 +127,7 @@ def _cycles(timing: Timing) -> list[str]:
         if np.any(timing.stage == place)
     ]
     cycles = f"{len(timing)} cycles ({', '.join(spent)}), {timing.skipped.sum()} skipped"
-    return [
-        *paragraph(cycles, "  ", "", INDENT),
-        "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late),
-    ]
+    return [cycles, "lateness median {:.3f}, 99 % {:.3f}, largest {:.3f} ms".format(*late)]
 
 
 def _following(recording: Recording) -> list[str]:

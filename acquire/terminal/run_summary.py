@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exidyn.drivers import StopLevel
+from exidyn.identification.document.text import blocks_lines, fact_lines
 from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Use, limit_use
@@ -30,12 +31,9 @@ def before(checked: CheckedPlan, facts: Mapping[str, str]) -> str:
     """Robot, controller and motion against the limits."""
     plan = checked.plan
     lines = [f"{plan.robot}: {plan.trajectory.duration:.1f} s of motion"]
-    width = max(map(len, facts), default=0) + 2
-    for name, words in facts.items():
-        lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
-    return "\n".join(
-        [*lines, "", *(f"  {line}" for line in use_table(plan, [*limit_use(plan), checked.torque.use]))]
-    )
+    lines += fact_lines(facts.items(), max(map(len, facts), default=0) + 2, "  ")
+    table = use_table(plan, [*limit_use(plan), checked.torque.use])
+    return "\n".join([*lines, "", *blocks_lines([table])])
 
 
 def require_attended(simulated: bool, yes: bool) -> None:
@@ -136,8 +134,8 @@ def table(outcome: Outcome) -> dict[str, object]:
     }
 
 
-def after(outcome: Outcome) -> str:
-    """A few lines on how the run went."""
+def after(outcome: Outcome, full: bool) -> str:
+    """A few lines on how the run went; in full with the processor time."""
     counts, cycle, stop = outcome.counts, outcome.info.cycle, outcome.stop
     late, work = percentiles("lateness", counts.lateness), percentiles("work", counts.work)
     lines = [
@@ -152,7 +150,7 @@ def after(outcome: Outcome) -> str:
             f"lateness median {1e3 * late['lateness_p50']:.3f}, 99 % {1e3 * late['lateness_p99']:.3f}, "
             f"largest {1e3 * late['lateness_max']:.3f} ms"
         )
-    if work:
+    if work and full:
         median, largest = 1e3 * work["work_p50"], 1e3 * work["work_max"]
         by_driver = 1e3 * percentiles("work", counts.driver_work)["work_p50"]
         lines += paragraph(

@@ -4,46 +4,38 @@ import math
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import timedelta
 from threading import Event, Thread
 from typing import Self, TypeVar
 
 import numpy as np
-from tqdm import tqdm
 
 from exidyn.identification.progress import StageText
 from exidyn.identification.text_table import paragraph
 from exidyn.quoting import visible
 
+from ..run.errors import CLEAR
 from ..screen import beneath
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
 """Function that takes a sentence at each stage."""
 
-PATIENCE = 2.0
-"""Time until a bar appears [s]: shorter work needs none."""
 REDRAW = 0.5
-"""Update period of the bar [s]."""
+"""Update period of the line [s]."""
 KNOWN = 0.02
 """Share of the work after which its remaining time is estimated."""
 NEARLY = 0.95
-"""Share of a stage at which the bar waits while the stage takes longer than expected; the remaining time is
+"""Share of a stage at which the line waits while the stage takes longer than expected; the remaining time is
 then unknown."""
-FORM = "{percentage:3.0f} % |{bar:30}| {elapsed}{postfix}"
-ITEMS = "{percentage:3.0f} % |{bar:30}| {elapsed}, about {remaining} left"
-
-
-def with_bar(items: Sequence[T] | np.ndarray) -> Iterable[T]:
-    """Iterate over the items, in a terminal with a bar and the remaining time."""
-    return tqdm(items, file=beneath(sys.stderr), leave=False, delay=PATIENCE, disable=None, bar_format=ITEMS)
 
 
 class Stopwatch:
-    """Print sentences on standard error with the seconds since the start; a context manager.
+    """Progress of a command on standard error; a context manager.
 
-    If standard error is a terminal and the stages or the time are known, a bar below the sentences shows the
-    remaining time. Pipes and files get the sentences only.
+    In a terminal, one line shows the last sentence, the time since the start, and the remaining time if the
+    stages or the time are known; it is rewritten, and removed at the end. Pipes and files get all sentences.
 
     Args:
         shares: Stage -> its usual share of the work; the shares add up to 1. A sentence without a known
@@ -55,13 +47,12 @@ class Stopwatch:
         self._start = time.perf_counter()
         self._shares, self._seconds = dict(shares or {}), seconds
         self._stage, self._entered = "", self._start
-        self._before = 0.0
-        self._bar: tqdm | None = None
+        self._before, self._sentence = 0.0, ""
         self._over = Event()
         self._thread: Thread | None = None
 
     def __enter__(self) -> Self:
-        if (self._shares or self._seconds) and sys.stderr.isatty():
+        if sys.stderr.isatty():
             self._thread = Thread(target=self._redraw, daemon=True)
             self._thread.start()
         return self
@@ -70,22 +61,28 @@ class Stopwatch:
         self.close()
 
     def close(self) -> None:
-        """Remove the bar, before results are printed."""
+        """Remove the line, before results are printed."""
         self._over.set()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
 
     def __call__(self, sentence: str) -> None:
-        """Print a sentence, and enter the stage that it begins."""
-        since = f"{time.perf_counter() - self._start:6.1f} s  "
-        line = "\n".join(paragraph(sentence, " " * len(since), since))
-        if self._bar is not None:
-            tqdm.write(visible(line), beneath(sys.stderr))
-        else:
-            print(line, file=sys.stderr, flush=True)
+        """Show a sentence, and enter the stage that it begins."""
+        self._sentence = sentence
+        if self._thread is None:
+            since = f"{time.perf_counter() - self._start:6.1f} s  "
+            print("\n".join(paragraph(sentence, " " * len(since), since)), file=sys.stderr, flush=True)
         if isinstance(sentence, StageText) and sentence.stage in self._shares:
             self.enter(sentence.stage)
+
+    def over(self, items: Sequence[T] | np.ndarray) -> Iterator[T]:
+        """Iterate over items that take equal times."""
+        began = time.perf_counter()
+        for place, item in enumerate(items):
+            if place:
+                self._seconds = (time.perf_counter() - began) * len(items) / place
+            yield item
 
     def enter(self, stage: str) -> None:
         """Enter a stage without a sentence."""
@@ -111,15 +108,17 @@ class Stopwatch:
         return done, max(1.0 - done, 0.0) * total
 
     def _redraw(self) -> None:
-        if self._over.wait(PATIENCE):
-            return
-        width, height = shutil.get_terminal_size()  # 80 by 24 if the terminal does not state its size
-        look = {"leave": False, "bar_format": FORM, "ncols": width - 1, "nrows": height}
-        with tqdm(total=1.0, file=beneath(sys.stderr), **look) as self._bar:
-            while not self._over.wait(REDRAW):
-                done, remaining = self.time_left(time.perf_counter())
-                words = f"about {tqdm.format_interval(remaining)} left" if math.isfinite(remaining) else ""
-                self._bar.set_postfix_str(words, refresh=False)
-                self._bar.n = done
-                self._bar.refresh()
-        self._bar = None
+        terminal = beneath(sys.stderr)
+        while not self._over.wait(REDRAW):
+            terminal.write(CLEAR + visible(self._line(time.perf_counter())))
+            terminal.flush()
+        terminal.write(CLEAR)
+        terminal.flush()
+
+    def _line(self, now: float) -> str:
+        """The line of progress, cut to the width of the terminal."""
+        done, remaining = self.time_left(now)
+        left = f"about {timedelta(seconds=round(remaining))} left" if math.isfinite(remaining) else ""
+        words = filter(None, [f"{100.0 * done:.0f} %" if done else "", left, self._sentence])
+        # 80 columns if the terminal does not state its size
+        return f"{now - self._start:6.1f} s  {', '.join(words)}"[: shutil.get_terminal_size().columns - 1]

@@ -96,11 +96,7 @@ def table_lines(
 
 
 def _row(
-    reading: Reading,
-    units: JointUnits,
-    signals: Sequence[str],
-    columns: Mapping[str, np.ndarray],
-    joint: int,
+    reading: Reading, units: JointUnits, signals: Sequence[str], columns: Mapping[str, np.ndarray], joint: int
 ) -> list[str]:
     state = reading.states[joint] if np.isfinite(reading.position[joint]) else SILENT
     beyond = f"{BEYOND} " if units.beyond(reading.position)[joint] else ""

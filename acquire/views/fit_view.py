@@ -15,17 +15,7 @@ from exidyn.identification.pages.fit_document import fit_sections
 from exidyn.identification.pages.fit_plots import measured_unit
 from exidyn.identification.text_table import NORMAL_95
 
-from .parts import (
-    Arm,
-    arm_name,
-    arm_view,
-    entity,
-    joint_colors,
-    log_lines,
-    log_markdown,
-    plot,
-    screen,
-)
+from .parts import Arm, arm_name, arm_view, entity, joint_colors, log_lines, log_markdown, plot, screen
 from .viewers import View
 
 LINES = {"measured": (3.5, 230, 159, 0), "predicted": (1.2, 86, 180, 233), "residual": (1.0, 213, 94, 0)}

@@ -8,17 +8,7 @@ from exidyn.identification.in_mujoco.gap import Gap
 from exidyn.identification.in_mujoco.replay import Run
 from exidyn.identification.model import Model
 
-from .parts import (
-    FRAMES,
-    GRAY,
-    Arm,
-    arm_view,
-    base_frame,
-    entity,
-    log_lines,
-    plot,
-    screen,
-)
+from .parts import FRAMES, GRAY, Arm, arm_view, base_frame, entity, log_lines, plot, screen
 from .viewers import View
 
 RECORDED, BEFORE, AFTER = "recorded", "nominal model", "with findings"

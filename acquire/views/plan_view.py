@@ -5,13 +5,14 @@ import rerun as rr
 import rerun.blueprint as rrb
 from scipy.spatial import ConvexHull
 
+from exidyn.identification.document.text import text
 from exidyn.identification.model import Model
 from exidyn.trajectories.clearances.region import HalfSpace
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import Curve, nominal_torque, violations
 from exidyn.trajectories.plans.plan_page import plan_curves
 from exidyn.trajectories.plans.plan_space import Space
-from exidyn.trajectories.plans.plan_summary import summary
+from exidyn.trajectories.plans.plan_summary import plan_document
 from exidyn.trajectories.trajectory import unit_of
 
 from .parts import (
@@ -45,7 +46,8 @@ def plan_view(plan: Plan, model: Model, space: Space) -> View:
 
     def log(stream: rr.RecordingStream) -> None:
         uses = [curve.use for curve in curves]
-        log_markdown(stream, "summary", f"```\n{summary(plan, uses, violations(plan, torque))}\n```")
+        document = plan_document(plan, uses, violations(plan, torque))
+        log_markdown(stream, "summary", f"```\n{text(document)}\n```")
         for curve in curves:
             _log_share(stream, plan, curve)
             for joint, name in enumerate(plan.joints):

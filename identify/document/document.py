@@ -65,6 +65,18 @@ class Table(NamedTuple):
         hidden = len(self.rows) - self.first if self.first else 0
         return f"and {hidden} more in the report" if hidden > 0 else ""
 
+    def only(self, *columns: int) -> "Table":
+        """The table with these columns; headings within it stay."""
+        rows = [row if len(row) == 1 else [row[column] for column in columns] for row in self.rows]
+        words = [place for place, column in enumerate(columns) if column in self.words]
+        return self._replace(head=[self.head[column] for column in columns], rows=rows, words=words)
+
+    def beside(self, other: "Table") -> "Table":
+        """This table and the columns of another with the same rows, without its first column."""
+        rows = [[*row, *further[1:]] for row, further in zip(self.rows, other.rows, strict=True)]
+        words = [*self.words, *(len(self.head) - 1 + column for column in other.words)]
+        return self._replace(head=[*self.head, *other.head[1:]], rows=rows, words=words)
+
 
 class Statements(NamedTuple):
     """Sentences, the most important first; the style "verdict" highlights them."""
@@ -78,6 +90,12 @@ class Paragraph(NamedTuple):
 
     text: str
     style: str = "note"
+
+
+class Code(NamedTuple):
+    """Lines for a program or a controller, which are not wrapped."""
+
+    text: str
 
 
 class Heading(NamedTuple):
@@ -108,7 +126,7 @@ class Folded(NamedTuple):
     blocks: "Sequence[Block]"
 
 
-Block = Table | Statements | Paragraph | Heading | Figure | Grid | Folded
+Block = Table | Statements | Paragraph | Code | Heading | Figure | Grid | Folded
 
 
 class Section(NamedTuple):
@@ -127,3 +145,4 @@ class Document(NamedTuple):
     note: str  # one line below the title; empty for none
     sections: Sequence[Section]  # sections in reading order
     facts: Sequence[tuple[str, str]] = ()  # short labels and values at the top of the page
+    brief: Sequence[Block] = ()  # blocks of the short form: verdict and one table

@@ -11,6 +11,7 @@ from ..text_table import UNKNOWN, digits, raised
 from .document import (
     Block,
     Cell,
+    Code,
     Document,
     Figure,
     Folded,
@@ -89,6 +90,8 @@ def block(content: Block) -> Markup:
             return _PARTS.statements(content)
         case Paragraph(text, style):
             return Markup('<p class="{}">{}</p>').format("note" if style == "plot" else style, prose(text))
+        case Code(text):
+            return Markup("<pre>{}</pre>").format(text)
         case Heading(text):
             return Markup("<h3>{}</h3>").format(text)
         case Figure():

@@ -1,11 +1,12 @@
 """A document as text with 80 columns, for terminals."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from ..text_table import at_point, page_width, paragraph, raised, table
 from .document import (
     Block,
     Cell,
+    Code,
     Document,
     Figure,
     Folded,
@@ -26,25 +27,50 @@ LABEL = 18
 def text(document: Document) -> str:
     """The document as text, without plots and details."""
     width = page_width.get()
-    parts = [[document.title.center(width).rstrip(), "=" * width, *_facts(document)]]
-    parts += [
-        [section.title, "-" * page_width.get(), *blocks_lines(section.blocks)] for section in short(document)
-    ]
-    return raised("\n\n".join("\n".join(part) for part in parts if part)) + "\n" + "=" * width
+    parts = [[document.title.center(width).rstrip(), "=" * width]]
+    parts[0] += paragraph(document.note) + fact_lines(document.facts, LABEL)
+    for section in document.sections:
+        if not section.detail and (lines := blocks_lines(section.blocks)):
+            parts.append([section.title, "-" * width, *lines])
+    return raised("\n\n".join("\n".join(part) for part in parts)) + "\n" + "=" * width
 
 
-def short(document: Document) -> list[Section]:
-    """Sections that have text and are not details."""
-    return [one for one in document.sections if not one.detail and blocks_lines(one.blocks)]
+def brief_text(document: Document, room: int) -> str:
+    """The short form of the document as text of at most `room` lines, as far as sentences can be left out.
+
+    Tables, the first sentence, and what was asked for in addition are shown in full; the number of left-out
+    sentences is stated.
+    """
+    parts = {place: _lines(b) for place, b in enumerate(document.brief) if not isinstance(b, Statements)}
+    tables = [place for place, block in enumerate(document.brief) if isinstance(block, Table)]
+    # The title, its rule, the number of left-out sentences, tables, and a blank line before each.
+    used = 3 + sum(1 + len(parts[place]) for place in tables)
+    for place, block in enumerate(document.brief):
+        if isinstance(block, Statements):
+            shown, left_out = _fitting(block, room - used)
+            used += len(shown)
+            parts[place] = [*shown, *([f"  and {left_out} more: --full"] if left_out else [])]
+    blocks = ("\n".join(parts[place]) for place in sorted(parts) if parts[place])
+    return raised(f"{document.title}\n{'=' * page_width.get()}\n" + "\n\n".join(blocks))
 
 
-def _facts(document: Document) -> list[str]:
-    written = [
-        line
-        for label, value in document.facts
-        for line in paragraph(value, " " * LABEL, f"{label + ':':<{LABEL}}")
-    ]
-    return (paragraph(document.note) if document.note else []) + written
+def _fitting(block: Statements, room: int) -> tuple[list[str], int]:
+    """Lines of the first sentence and of those after it that fit, and the number of the others."""
+    lines: list[str] = []
+    for place, sentence in enumerate(block.sentences):
+        more = _lines(Statements([sentence]))
+        if lines and len(lines) + len(more) > room:
+            return lines, len(block.sentences) - place
+        lines += more
+    return lines, 0
+
+
+def fact_lines(facts: Iterable[tuple[str, str]], width: int, indent: str = "") -> list[str]:
+    """Lines of labels and values, the labels `width` characters wide with their colon."""
+    lines = []
+    for label, value in facts:
+        lines += paragraph(value, indent + " " * width, f"{indent}{label + ':':<{width}}")
+    return lines
 
 
 def _lines(block: Block) -> list[str]:
@@ -56,6 +82,8 @@ def _lines(block: Block) -> list[str]:
             return [line for sentence in sentences for line in paragraph(sentence, "  ", "- ")]
         case Paragraph(words, style):
             return [] if style == "plot" else paragraph(words)
+        case Code(program):
+            return program.rstrip().splitlines()
         case Heading(words):
             return ["", words]
         case Grid(blocks):
@@ -90,12 +118,7 @@ def shortened(block: Table) -> Table:
     if block.first:
         block = block._replace(rows=block.rows[: block.first])
     drawn = {column for row in block.rows for column, cell in enumerate(row) if isinstance(cell, Picture)}
-    if not drawn:
-        return block
-    shown = [column for column in range(len(block.head)) if column not in drawn]
-    rows = [row if len(row) == 1 else [row[column] for column in shown] for row in block.rows]
-    words = [shown.index(column) for column in block.words if column in shown]
-    return Table([block.head[column] for column in shown], rows, words)
+    return block.only(*(column for column in range(len(block.head)) if column not in drawn))
 
 
 def _table_lines(block: Table) -> list[str]:
@@ -133,6 +156,8 @@ def _block(block: Block) -> str:
             return "\n".join(f"- {sentence}" for sentence in sentences)
         case Paragraph(text, style):
             return "" if style == "plot" else text
+        case Code(program):
+            return f"```\n{program.rstrip()}\n```"
         case Heading(text):
             return f"### {text}"
         case Grid(blocks):

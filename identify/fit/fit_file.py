@@ -17,7 +17,7 @@ import numpy as np
 
 from ..effects import Parameter
 from ..errors import NotAFile, RobotError
-from ..file_names import read_failure
+from ..file_names import other_format, read_failure
 from ..model import Model
 from ..robot_files.robot_file import model_text, parse_model
 from ..schema import Disagreement, checked
@@ -58,8 +58,8 @@ def read_fit(path: Path | str) -> Fit:
     table = read_json(Path(path))
     if not isinstance(table, dict) or "exidyn_fit" not in table:
         raise NotAFile(f"{path} is not a fit of exidyn: it has no key 'exidyn_fit'")
-    if table["exidyn_fit"] != FORMAT:
-        raise NotAFile(f"{path} has format {table['exidyn_fit']}; this version reads {FORMAT}; update exidyn")
+    if (number := table["exidyn_fit"]) != FORMAT:
+        raise NotAFile(f"{path} has {other_format(number, FORMAT, 'identify RUN')}")
     file = checked(table, FitFile, str(path))
     try:
         model = parse_model("\n".join(file.model))

@@ -267,7 +267,9 @@ def _parameters(fit: Fit) -> list[str]:
         worst = sorted(fit.unclear, key=lambda u: -u.std_percent)
         shown = ", ".join(f"{u.name} ({u.std_percent:.0f} %; {u.hint})" for u in worst[:LISTED])
         more_unclear = f", and {len(worst) - LISTED} more" if len(worst) > LISTED else ""
-        lines.append(f"Open (relative standard deviation; what would determine it): {shown}{more_unclear}.")
+        lines.append(
+            f"Uncertain (relative standard deviation; what would determine it): {shown}{more_unclear}."
+        )
     else:
         lines.append(f"The standard deviation of each is at most {OPEN:g} % of its value.")
     lines += _moved_sentences(fit)
@@ -336,7 +338,7 @@ def _coordinate(fit: Fit, body: Effect, axis: str, mass: float) -> str:
     """First moment over mass [m], with half of its 95 % interval if either was estimated."""
     moment = _value(fit, body, f"M{axis}")
     if moment is None:
-        return "open"
+        return "not determined"
     if f"M{axis}{body.payload}" in fit.dropped:
         return "0 (dropped)"
     slope = np.zeros(len(fit.names))

@@ -15,7 +15,8 @@ NOTE = (
     "the residual. The baseline has no findings; its parameters and drive gains are fitted within their "
     "tolerances."
 )
-CONTAINED = f' Sensor noise was not measured at rest: it is part of "{OTHER}".'
+UNRECORDED = "depends on no recorded quantity"
+CONTAINED = f' Sensor noise was not measured at rest: it is part of "{UNRECORDED}".'
 
 
 def budget_section(shown: Shown) -> Section:
@@ -40,7 +41,7 @@ def _shares(diagnosis: Diagnosis) -> list[tuple[str, np.ndarray]]:
     assert diagnosis.budget is not None
     names, decided, parts = finding_names(diagnosis), len(diagnosis.findings), []
     for share in diagnosis.budget.shares:
-        name = share.kind if share.kind in (NOISE, OTHER) else f"depends on {share.kind}"
+        name = {NOISE: NOISE, OTHER: UNRECORDED}.get(share.kind, f"depends on {share.kind}")
         if share.finding is not None:
             name = names[share.finding] + (UNDECIDED if share.finding >= decided else "")
         parts.append((name, share.percent))

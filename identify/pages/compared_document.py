@@ -2,16 +2,7 @@
 
 import numpy as np
 
-from ..document.document import (
-    Cell,
-    Document,
-    Marked,
-    Number,
-    Section,
-    Statements,
-    Table,
-)
-from ..document.text import text
+from ..document.document import Block, Cell, Document, Marked, Number, Paragraph, Section, Statements, Table
 from ..fit.verdict import MISSING, TO_NOISE
 from ..simulation.comparison import NAMES, Comparison, Mismatch, Regions
 from ..text_table import digits, percent
@@ -26,18 +17,17 @@ SMALL = {"rad": "mrad", "m": "mm", "rad/s": "mrad/s", "m/s": "mm/s"}
 """Unit of a thousandth, which is readable for small differences, by unit."""
 
 
-def compared_text(comparison: Comparison) -> str:
-    """The document as text; only one to three lines if there is nothing to compare or no difference."""
-    title = f"{comparison.simulated} versus {comparison.recorded}"
-    if not differs(comparison):
-        return "\n".join([title, *verdict(comparison)])
-    opening = Section("verdict", "Verdict", [Statements(verdict(comparison), "verdict")])
-    return text(Document(title, "", [opening, *_tables(comparison)]))
-
-
-def _tables(comparison: Comparison) -> list[Section]:
-    by_joint = Section("joints", "Mismatch by joint, root mean square", [_by_joint(comparison)])
-    return [by_joint, *(_by_region(comparison, mismatch) for mismatch in comparison.mismatch.values())]
+def compared_document(comparison: Comparison, note: str = "") -> Document:
+    """The document of a comparison."""
+    said, joints = Statements(verdict(comparison), "verdict"), _by_joint(comparison)
+    sections = [
+        Section("verdict", "Verdict", [said]),
+        Section("joints", "Mismatch by joint, root mean square", [joints]),
+        *(_by_region(comparison, mismatch) for mismatch in comparison.mismatch.values()),
+    ]
+    brief: list[Block] = [Paragraph(note)] if note else []
+    brief += [said] if two_motions(comparison) else [said, joints]
+    return Document(f"{comparison.simulated} versus {comparison.recorded}", note, sections, brief=brief)
 
 
 def _by_joint(comparison: Comparison) -> Table:

@@ -7,17 +7,7 @@ from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
 from ..diagnosis.words.naming import capital
 from ..diagnosis.words.verdict import verdict
-from ..document.document import (
-    Block,
-    Cell,
-    Document,
-    Heading,
-    Number,
-    Paragraph,
-    Section,
-    Statements,
-    Table,
-)
+from ..document.document import Block, Cell, Document, Heading, Number, Paragraph, Section, Statements, Table
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
 from .budget import budget_section
@@ -25,7 +15,10 @@ from .diagnosis_table import GAIN, findings_table, gain_title
 from .finding_plots import NOTE, every_joint, findings_blocks
 from .shown import Shown
 
-HELD_OUT = "Held-out score: decrease of -2 log likelihood on the held-out runs; a positive score confirms it."
+HELD_OUT = (
+    "Held-out score: how much better the model with the finding predicts the held-out runs; a positive score "
+    "confirms it."
+)
 
 
 def diagnosis_document(shown: Shown) -> Document:
@@ -36,18 +29,10 @@ def diagnosis_document(shown: Shown) -> Document:
         ("Held out", ", ".join(diagnosis.held_out) or "none"),
         ("Search time", f"{diagnosis.seconds:.1f} s, reading files not counted"),
     ]
-    sections = [
-        Section("verdict", "Verdict", verdict_blocks(shown)),
-        *detail_sections(shown),
-    ]
-    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts=facts)
-
-
-def brief(shown: Shown) -> Document:
-    """A document of the verdict alone, and where the rest is."""
-    rest = Paragraph(f"The rest: {shown.folder}/report.html, or --full here.")
-    opening = Section("verdict", "Verdict", [*verdict_blocks(shown), rest])
-    return Document(f"Diagnosis of {shown.diagnosis.name}", "", [opening])
+    sections = [Section("verdict", "Verdict", verdict_blocks(shown)), *detail_sections(shown)]
+    [said, table, *rest] = verdict_blocks(shown)
+    warned = [block for block in rest if isinstance(block, Statements)]
+    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts, [said, table, *warned])
 
 
 def report_html(diagnosis: Diagnosis, folder: str = "") -> str:
@@ -88,7 +73,7 @@ def _parameters(shown: Shown) -> list[Block]:
             [f"  {parameter}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
             for parameter, q in finding.determined.items()
         ]
-        reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out).values() if words]
+        reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out)]
     if not rows:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))

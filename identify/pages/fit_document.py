@@ -1,4 +1,4 @@
-"""Content of a fit page: verdict, gains, parameters, runs, friction, conditioning, structure, data."""
+"""Content of a fit page: verdict, gains, parameters, runs, friction, conditioning, structure, filters."""
 
 from collections.abc import Sequence
 
@@ -21,31 +21,16 @@ from ..document.document import (
     Table,
 )
 from ..document.html import html
-from ..document.text import text
 from ..effects import Effect, name_of
 from ..fit.agreement import Agreement, Scores
 from ..fit.estimators.nominal_gains import given_nominal
 from ..fit.fit import Fit
-from ..fit.verdict import (
-    JointState,
-    gains_estimated,
-    gains_sentence,
-    joint_verdicts,
-    judged,
-    open_gain_sentences,
-    verdict,
-)
+from ..fit.verdict import JointState, gains_estimated, joint_verdicts, judged, verdict
 from ..model import Model
 from ..text_table import NORMAL_95, digits
 from .fit_parameters import parameters_section, unit_head
-from .fit_plots import (
-    ROOM_TEMPERATURE,
-    friction_plot,
-    interval_bar,
-    measured_unit,
-    torque_plot,
-)
-from .repeatability_section import repeatability_section
+from .fit_plots import ROOM_TEMPERATURE, friction_plot, interval_bar, measured_unit, torque_plot
+from .repeatability_section import agreement_sentence, repeatability_section
 from .svg import COLUMNS
 
 STRETCHES = 20_000
@@ -60,13 +45,10 @@ WORST_PAIRS = 12
 
 def fit_document(fit: Fit) -> Document:
     """The document of a fit."""
-    robot = fit.model.robot
-    return Document(f"Identified dynamics of {robot.name}", "", fit_sections(fit), facts=_facts(fit))
-
-
-def summary(fit: Fit) -> str:
-    """The document as text with 80 columns."""
-    return text(fit_document(fit))
+    repeated = [] if fit.repeatability is None else [agreement_sentence(fit.repeatability)]
+    brief: list[Block] = [Statements([*repeated, *verdict(fit)]), _brief_table(fit)]
+    title = f"Identified dynamics of {fit.model.robot.name}"
+    return Document(title, "", fit_sections(fit), _facts(fit), brief)
 
 
 def report_html(fit: Fit) -> str:
@@ -89,7 +71,7 @@ def fit_sections(fit: Fit) -> list[Section]:
         Section("friction", "Friction", _friction(fit), detail=True),
         Section("conditioning", "Conditioning", _conditioning(fit), detail=True),
         Section("structure", "Composition of base parameters", _structure(fit)),
-        Section("data", "Filters and warnings", _data(fit)),
+        Section("data", "Filters", _data(fit)),
     ]
 
 
@@ -101,7 +83,7 @@ def verdict_blocks(fit: Fit) -> list[Block]:
 def _facts(fit: Fit) -> list[tuple[str, str]]:
     robot, held_out = fit.model.robot, ", ".join(run.run for run in fit.validation)
     rank = len(fit.names) + len(fit.dropped)
-    facts = [
+    return [
         ("Robot", robot.name),
         ("Joints", ", ".join(f"{number} {joint}" for number, joint in enumerate(robot.joints, 1))),
         (
@@ -114,8 +96,6 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
         ("Base parameters", f"{rank} identifiable, {len(fit.names) if fit.dropped else 'all'} kept"),
         ("Condition number", digits(fit.condition, 3)),
     ]
-    # A reader must see what invalidates other numbers before those numbers.
-    return facts + [("Note", sentence) for sentence in open_gain_sentences(fit)]
 
 
 def _joint_table(fit: Fit) -> list[Table]:
@@ -137,17 +117,26 @@ def _joint_table(fit: Fit) -> list[Table]:
     return [Table([*head, "R\u00b2", "unit", "worst run"], rows, words=(1, 7, 8))] if rows else []
 
 
+def _brief_table(fit: Fit) -> Table:
+    """Residual of each joint in its worst run, and its drive gain if that was estimated."""
+    [*residuals], estimated = _joint_table(fit), gains_estimated(fit)
+    gains = _gain_table(fit, estimated).only(0, 1, 2, 3, 6)
+    if not residuals:
+        return gains
+    return (
+        residuals[0].only(0, 1, 2, 3, 7).beside(gains) if estimated else residuals[0].only(0, 1, 2, 3, 7, 5)
+    )
+
+
 def _gains(fit: Fit) -> list[Block]:
-    estimated, blocks = gains_estimated(fit), list[Block]()
-    if not estimated:
-        blocks.append(Paragraph(gains_sentence(fit)))
-        if fit.unscaled or fit.measures == "torque":
-            return blocks
+    estimated = gains_estimated(fit)
+    if not estimated and (fit.unscaled or fit.measures == "torque"):
+        return []  # the verdict has the reason
     note = (
         "Torque per motor current, signed. Gray: nominal value with its 95 % interval. Blue: estimate with "
         "its 95 % interval. An arrow points to an estimate outside the scale."
     )
-    return [*blocks, Paragraph(note, "plot"), _gain_table(fit, estimated)]
+    return [Paragraph(note, "plot"), _gain_table(fit, estimated)]
 
 
 def _gain_table(fit: Fit, estimated: bool) -> Table:
@@ -297,8 +286,7 @@ def _data(fit: Fit) -> list[Block]:
         ["equations used (decimated samples times joints)", Number(fit.rows, len(str(fit.rows))), ""],
         *([["noise floor measured at", " and ".join(sources), ""]] if sources else []),
     ]
-    warnings = fit.warnings or ("The recordings gave no warnings.",)
-    return [Table(["filter", "value", "unit"], rows, words=(2,)), Statements(warnings)]
+    return [Table(["filter", "value", "unit"], rows, words=(2,))]
 
 
 def _filter(value: float | None) -> str | Number:

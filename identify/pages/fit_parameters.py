@@ -13,16 +13,16 @@ from .fit_plots import interval_bar
 
 
 def parameters_section(fit: Fit) -> Section:
-    """Parameters by effect, payload centers, and open, dropped and adjusted parameters."""
+    """Parameters by effect, payload centers, and uncertain, dropped and adjusted parameters."""
     nominal = fit.estimate.nominal_gains and np.any(fit.estimate.gain_std)
     gains = " and the tolerance of nominal drive gains" if nominal else ""
     note = (
         "XX to ZZ: inertia about the frame of the joint; MX, MY, MZ: mass times center of mass; Ia: rotor "
         "inertia; Fv, Fc: viscous and Coulomb friction; Off: offset. The number is that of the joint. R: a "
         "combination of several parameters, listed below. ±: half of the 95 % interval, which includes the "
-        f"residual's autocorrelation{gains}. open: the standard deviation exceeds {OPEN:g} % of the value. "
-        "off nominal: value and nominal value differ by more "
-        f"than {SURPRISE:g} combined standard deviations."
+        f"residual's autocorrelation{gains}. uncertain: the standard deviation exceeds {OPEN:g} % of the "
+        f"value. off nominal: value and nominal value differ by more than {SURPRISE:g} combined standard "
+        "deviations."
     )
     plot = "Gray: nominal value with its 95 % interval. Blue: estimate with its 95 % interval."
     centres = [Paragraph(words, "") for words in payload_centres(fit)]
@@ -59,7 +59,7 @@ def _row(fit: Fit, place: int, deviation: float, far: list[str]) -> Row:
     name, value, std = fit.names[place], fit.estimate.values[place], fit.estimate.std[place]
     nominal, stated = float(fit.prior[0][place]), np.isfinite(deviation)
     is_open = 100.0 * std > OPEN * abs(value)
-    notes = [note for note, on in (("open", is_open), ("off nominal", name in far)) if on]
+    notes = [note for note, on in (("uncertain", is_open), ("off nominal", name in far)) if on]
     return [
         name, Number(value), Number(NORMAL_95 * std, 2), fit.base.units[place],
         Number(nominal if stated else np.nan), Number(NORMAL_95 * deviation, 2), ", ".join(notes),
@@ -78,11 +78,14 @@ def _effects(model: Model) -> dict[str, str]:
 
 def _open(fit: Fit) -> list[Block]:
     if not fit.unclear:
-        return [Paragraph(f"Open: none; every standard deviation is at most {OPEN:g} % of the value.")]
+        return []
     rows: list[Row] = [
         [unclear.name, Number(unclear.std_percent, 3), unclear.hint] for unclear in fit.unclear
     ]
-    return [Heading("Open"), Table(["name", "std, %", "motion that would determine it"], rows, words=(2,))]
+    return [
+        Heading("Uncertain"),
+        Table(["name", "std, %", "motion that would determine it"], rows, words=(2,)),
+    ]
 
 
 def _dropped(fit: Fit) -> list[Block]:

@@ -20,8 +20,6 @@ from ..document.document import (
     Statements,
     Table,
 )
-from ..document.html import html
-from ..document.text import text
 from ..in_mujoco.distances import Distances
 from ..in_mujoco.gap import Gap
 from ..in_mujoco.judge import ON_AXIS, Gain
@@ -59,11 +57,10 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
         ("Validation runs", ", ".join(run.name for run in gap.runs)),
         ("Starts", f"{len(gap.original.ends)} instants at which the simulation is set to the recorded state"),
     ]
+    said, answers = Statements(verdict(gap, written), "verdict"), _answers(gap)
     sections = [
-        Section("verdict", "Verdict", [Statements(verdict(gap, written), "verdict")]),
-        Section(
-            "answers", "Distance between simulation and real arm", [_answers(gap), Paragraph(OPTIMISTIC)]
-        ),
+        Section("verdict", "Verdict", [said]),
+        Section("answers", "Distance between simulation and real arm", [answers, Paragraph(OPTIMISTIC)]),
         Section("gains", "Drive gains", drive_gains(gap)),
         Section("servos", "Servos", servos(gap)),
         Section("numbers", "Changed numbers of the file", changed_numbers(gap)),
@@ -73,17 +70,7 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
         Section("beside", "Findings outside the file", [Statements(_beside(gap))] if _beside(gap) else []),
     ]
     title = f"{gap.diagnosis.name}: simulation versus real arm"
-    return Document(title, "", sections, facts=facts)
-
-
-def gap_text(gap: Gap, written: Written = NOTHING) -> str:
-    """The document as text with 80 columns."""
-    return text(gap_document(gap, written))
-
-
-def gap_html(gap: Gap, written: Written = NOTHING) -> str:
-    """The document as one HTML page."""
-    return html(gap_document(gap, written))
+    return Document(title, "", sections, facts, [said, answers])
 
 
 class Compared(NamedTuple):

@@ -5,8 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from ..document.document import Cell, Document, Number, Numbers, Paragraph, Row, Section, Statements, Table
-from ..document.text import text
+from ..document.document import (
+    Block,
+    Cell,
+    Code,
+    Document,
+    Number,
+    Numbers,
+    Paragraph,
+    Row,
+    Section,
+    Statements,
+    Table,
+)
 from ..notebook import counted
 from ..payload.body import MASS
 from ..payload.formats import FORMATS
@@ -19,14 +30,13 @@ from ..payload.payload_estimate import (
     INERTIA_NAMES,
     PayloadEstimate,
 )
-from ..text_table import NORMAL_95, digits, paragraph
+from ..text_table import NORMAL_95, digits, fixed
 
 FORMAT = 1
 """Version of payload.json."""
 FAR = 3.0
 """Distance of the consistent body from the estimate beyond which the page doubts it [standard deviations].
 Chi of ten parameters exceeds 4.3 in 5 % of all cases if all constraints are active, and few are."""
-NEXT = f"next: --for {' | '.join(FORMATS)} prints the payload as a controller or simulator takes it"
 MAINLY = 2.0
 """Ratio of the interval to that of an exactly known arm, from which on the arm is the main uncertainty."""
 SOURCES = {
@@ -47,34 +57,35 @@ CURES = {
 """What would make the interval narrower, by what is known of the arm and whether drive gains are nominal."""
 
 
-def payload_text(result: PayloadEstimate, formats: Sequence[str] = ()) -> str:
+def payload_document(result: PayloadEstimate, formats: Sequence[str] = ()) -> Document:
     """The page, with the payload in the form of each named controller."""
     runs = counted(len(result.runs), "run")
     note = (
         f"{runs} of {result.seconds:.0f} s with the payload; the arm is known from {SOURCES[result.source]}"
     )
+    said, values = Statements(verdict(result), "verdict"), _values(result)
+    forms = [block for name in formats for block in _form(result, name)]
     sections = [
-        Section("verdict", "Result", [Statements(verdict(result), "verdict")]),
-        Section("values", f"Payload in frame {result.frame}", [_values(result)]),
+        Section("verdict", "Result", [said]),
+        Section("values", f"Payload in frame {result.frame}", [values]),
         Section("check", "Check in poses that were not used", _check(result)),
+        Section("forms", "Forms of controllers", forms),
     ]
-    page = text(Document(f"Payload of {result.robot}", note, sections))
-    forms = ["\n".join(["", *_form(result, name)]) for name in formats]
-    return "\n".join([page, *(forms or ["", *paragraph(NEXT)])])
+    return Document(f"Payload of {result.robot}", note, sections, brief=[said, values, *forms])
 
 
-def _form(result: PayloadEstimate, name: str) -> list[str]:
-    """Lines of the payload as a controller takes it, or of why there are none."""
+def _form(result: PayloadEstimate, name: str) -> list[Block]:
+    """The payload as a controller takes it, or why it cannot be stated."""
     if obstacle := result.obstacle(name):
-        return paragraph(obstacle)
+        return [Paragraph(obstacle)]
     title = (FORMATS[name].__doc__ or "").partition("\n")[0]
-    return [*paragraph(f"{name}: {title}"), result.text(name).rstrip()]
+    return [Paragraph(f"{name}: {title}"), Code(result.text(name))]
 
 
 def verdict(result: PayloadEstimate) -> list[str]:
     """Sentences on the payload, on what is open, and on what would help."""
     low, high = digits(result.mass.low, 4), digits(result.mass.high, 4)
-    center = ", ".join(f"{1e3 * value:.0f}" for value in result.body.center + 0.0)
+    center = ", ".join(fixed(1e3 * value, 0) for value in result.body.center)
     sentences = [
         f"The payload weighs {digits(result.mass.value)} kg (95 %: {low} to {high} kg), with its center of "
         f"mass at ({center}) mm in frame {result.frame}."
@@ -83,6 +94,12 @@ def verdict(result: PayloadEstimate) -> list[str]:
         sentences.append("The mass may be zero, so the center of mass and the inertia are not to be used.")
     if result.distance > FAR:
         sentences.append(_impossible(result))
+    if result.check.poses and not result.check.passed:
+        sentences.append(
+            f"WRONG in poses that were not used: the torque differs by {result.check.worst:.1f} standard "
+            f"deviations, more than the {result.check.limit:.1f} that noise explains. Look for contact, a "
+            "moving payload, cables, or an arm that has changed."
+        )
     if names := result.undetermined:
         sentences.append(f"These runs do not determine {', '.join(names)}; see the intervals.")
     sentences += _by_arm(result)
@@ -90,12 +107,6 @@ def verdict(result: PayloadEstimate) -> list[str]:
         sentences.append("The runs are too short for a check in poses that were not used.")
     elif result.check.passed:
         sentences.append("The torque in two poses that were not used agrees.")
-    else:
-        sentences.append(
-            f"WRONG in poses that were not used: the torque differs by {result.check.worst:.1f} standard "
-            f"deviations, more than the {result.check.limit:.1f} that noise explains. Look for contact, a "
-            "moving payload, cables, or an arm that has changed."
-        )
     return [*sentences, *result.warnings]
 
 

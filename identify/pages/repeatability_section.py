@@ -14,7 +14,7 @@ UNITS = {SPEED: "rad/s", TEMPERATURE: "\N{DEGREE SIGN}C", TIME: "min"}
 
 def repeatability_section(repeatability: Repeatability, unit: str) -> Section:
     """How many parameters agree, and a table of those that differ under the head `unit`."""
-    blocks: list[Block] = [Statements([_sentence(repeatability)])]
+    blocks: list[Block] = [Statements([agreement_sentence(repeatability)])]
     if repeatability.differing:
         note = (
             "Between: standard deviation between parts beyond that of the estimates. Probability: that of at "
@@ -27,7 +27,7 @@ def repeatability_section(repeatability: Repeatability, unit: str) -> Section:
     return Section("repeatability", "Repeatability", blocks)
 
 
-def _sentence(repeatability: Repeatability) -> str:
+def agreement_sentence(repeatability: Repeatability) -> str:
     """Number of parts, of parameters, and of those that agree."""
     parts, count = repeatability.parts, len(repeatability.parameters)
     if len(parts) < 2:
@@ -76,5 +76,5 @@ def _follows(parameter: Repeated, repeatability: Repeatability) -> str:
             for trend in trends
         )
     if len(repeatability.parts) < FEWEST:
-        return f"open: {FEWEST} parts are needed"
+        return f"undecided: {FEWEST} parts are needed"
     return f"not {' or '.join(repeatability.conditions)}"

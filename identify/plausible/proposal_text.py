@@ -88,7 +88,7 @@ def robot_toml(
     known = proposed and bool(np.all(model.robot.drive_gain == 1.0))
     values, tolerance = stated_gains(proposal.gains) if known else ([], [])
     if proposed and not known:
-        gains = ", ".join(digits(gain.value) if gain.proposed else "open" for gain in proposal.gains)
+        gains = ", ".join(digits(gain.value) if gain.proposed else "undecided" for gain in proposal.gains)
         head.append(hash_comment(f"Gains of the log [N m per unit]: [{gains}]"))
     drive: dict[str, object] = {"gain": values, "gain_tolerance": tolerance} if known else {}
     undecided = [j for j, gain in zip(model.robot.joints, proposal.gains, strict=False) if not gain.proposed]

@@ -4,13 +4,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import pytest
 
-from exidyn.identification.file_names import (
-    LONGEST,
-    distinct_stems,
-    file_stem,
-    looked_in,
-    read_failure,
-)
+from exidyn.identification.file_names import LONGEST, distinct_stems, file_stem, looked_in, read_failure
 
 HOSTILE = [
     "../../../PWNED", "/etc/passwd", "..", ".", "", "   ", "C:\\Windows\\x", "\\\\host\\share", "a/b", "-rf",

@@ -7,12 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from exidyn.identification.arm.robot import Limits
-from exidyn.identification.effects import (
-    CoulombFriction,
-    RigidBody,
-    RotorInertia,
-    ViscousFriction,
-)
+from exidyn.identification.effects import CoulombFriction, RigidBody, RotorInertia, ViscousFriction
 from exidyn.identification.export import Portable
 from exidyn.identification.model import Model
 

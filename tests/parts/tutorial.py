@@ -18,7 +18,7 @@ from .small import small_diagnosis
 
 PRINTED = "printed.txt"
 """File of what the commands print."""
-SECONDS = 8.0
+SECONDS = 11.2
 """Duration of each motion [s]."""
 SMALL = "--tick", "0.004", "--harmonics", "2", "--period", "4"
 """Options of a search that takes a moment."""
@@ -45,7 +45,7 @@ def write_tutorial(folder: Path) -> None:
         recorded(folder, "run", "trajectory", 1),
         recorded(folder, "other", "other", 2),
         step("identify", *runs, "--output", folder / "fit"),
-        step("diagnose", robot, *runs, "--output", folder / "diagnosis"),
+        step("diagnose", *runs, "--robot", robot, "--output", folder / "diagnosis"),
     ]
     with pytest.MonkeyPatch.context() as patched, open(folder / PRINTED, "w") as out, redirect_stdout(out):
         make_small(patched)

@@ -97,14 +97,7 @@ class Dynamixels(ServoLine):
         seen = self.arm.plant.measure()
         currents = np.clip(np.rint(self.direction * seen.current / CURRENT_UNIT), -32768, 32767).astype(int)
         speeds = np.rint(self.direction * self.gear * seen.velocity / VELOCITY_UNIT).astype(int)
-        rows = zip(
-            self.tables,
-            currents,
-            speeds,
-            self.shown_counts(2**31 - 1),
-            seen.temperature,
-            strict=True,
-        )
+        rows = zip(self.tables, currents, speeds, self.shown_counts(2**31 - 1), seen.temperature, strict=True)
         for table, current, speed, position, temperature in rows:
             if self.mirror:
                 position = struct.unpack_from("<i", table, GOAL)[0]

@@ -53,14 +53,7 @@ class Feetechs(ServoLine):
         seen = self.arm.plant.measure()
         currents = np.rint(self.direction * seen.current / CURRENT_UNIT)
         speeds = np.rint(self.direction * self.gear * seen.velocity * TURN / (2.0 * np.pi) / self.unit)
-        rows = zip(
-            self.tables,
-            currents,
-            speeds,
-            self.shown_counts(0x7FFF),
-            seen.temperature,
-            strict=True,
-        )
+        rows = zip(self.tables, currents, speeds, self.shown_counts(0x7FFF), seen.temperature, strict=True)
         for table, current, speed, position, temperature in rows:
             here = struct.unpack_from("<H", table, GOAL)[0] if self.mirror else with_sign(position)
             struct.pack_into("<HHHBB", table, POSITION, here, with_sign(speed), 0, 74, int(temperature))

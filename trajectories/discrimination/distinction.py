@@ -103,11 +103,7 @@ class Distinction(NamedTuple):
 
 
 def distinguish(
-    goal: Discriminate,
-    motion: Motion,
-    limits: Limits,
-    seconds: float,
-    remedies: Sequence[Remedy] = REMEDIES,
+    goal: Discriminate, motion: Motion, limits: Limits, seconds: float, remedies: Sequence[Remedy] = REMEDIES
 ) -> list[Distinction]:
     """How well a motion distinguishes every pair of a goal's hypotheses.
 

@@ -12,7 +12,7 @@ from ..clearances.configurations import clear_position
 from ..errors import in_words_of
 from ..limits.usable_limits import usable
 from ..planning.planner import plan
-from ..planning.wishes import Wishes
+from ..planning.wishes import Wishes, beside_periods, shortest_run
 from ..plans.plan import Plan
 from ..trajectory import Trajectory
 from .rests import Workspace
@@ -79,7 +79,10 @@ def single_joint(
 def chirp(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
     """A chirp on a calm motion of all joints: elasticity, backlash, delay."""
     calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
-    base_wishes = replace(wishes, margins=calm, seconds=UNDER_CHIRP)
+    limits, _ = usable(model.robot, calm, wishes.window, wishes.start)
+    base_wishes = replace(wishes, margins=calm)
+    seconds = max(UNDER_CHIRP + beside_periods(base_wishes, limits), shortest_run(base_wishes, limits))
+    base_wishes = replace(base_wishes, seconds=seconds)
     motion = plan(model, base_wishes, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
     progress("add the chirp")
     return with_chirp(motion, joints, space), ()
@@ -99,11 +102,7 @@ KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": sing
 
 
 def by_rule(
-    kind: str,
-    model: Model,
-    wishes: Wishes,
-    joints: Sequence[int] = (),
-    progress: Progress = lambda _: None,
+    kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = (), progress: Progress = lambda _: None
 ) -> Plan:
     """Plan of a run of one kind in `KINDS`, on joints from 0; on all by default."""
     limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)

@@ -23,7 +23,7 @@ from ..limits.usable_limits import Margins, usable
 from ..planning.goals import learned, nominal_noise
 from ..planning.planner import plan
 from ..planning.torque_room import torque_spread
-from ..planning.wishes import Wishes, rows_of
+from ..planning.wishes import Wishes, beside_periods, periods_of, rows_of
 from ..plans.plan import Plan
 from ..search.criteria import Focus
 from ..search.experiment import Experiment
@@ -42,8 +42,6 @@ POSES = 6
 leave two for a check."""
 DWELL = 0.5
 """Rest at each visit of a pose [s]: currents need 0.1 s to settle."""
-LEADS = 4.0
-"""Time that rests and leads take of the duration [s]."""
 GYRATION = 0.5
 """Largest radius of gyration of a payload over the largest distance of its center from the flange [-]."""
 CALM = 0.5
@@ -159,8 +157,8 @@ def payload_plan(
         Infeasible: No motion keeps to all limits with every payload.
     """
     arm = model if wishes.fit is None else learned(wishes.fit)
-    inside, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
-    _require(_folded(arm, payloads, wishes, inside, seed)[1], payloads)
+    limits, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
+    _require(_folded(arm, payloads, wishes, limits, seed)[1], payloads)
     for number in range(ROUNDS):
         if poses:
             motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
@@ -182,9 +180,10 @@ def payload_plan(
 
 
 def _searched(arm: Model, payloads: AnyPayload, wishes: Wishes, **search: Any) -> Plan:
-    # one period, so that the motion has low frequencies too, between rests and leads
-    core = max(wishes.seconds - LEADS, 0.5 * wishes.seconds)
-    wishes = replace(wishes, seconds=core, period=wishes.period or core)
+    """The best motion of one period, so that it has low frequencies too, between rests and leads."""
+    limits, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
+    periods_of(wishes, limits)  # refuses a duration that is too short
+    wishes = replace(wishes, period=wishes.period or wishes.seconds - beside_periods(wishes, limits))
     try:
         [motion] = plan(arm, wishes, goal=weigh_goal(arm, payloads, wishes), **search)
     except Infeasible as error:

@@ -123,11 +123,7 @@ def _joined(space: Workspace, pose: np.ndarray, joint: int, passes: Iterable[_Pa
     for sweep in passes:
         begin, end = pose.copy(), pose.copy()
         begin[joint], end[joint] = sweep.begin, sweep.begin + sweep.travel
-        parts += [
-            space.move(at, begin),
-            space.pause(begin, REST),
-            sweep.phases(pose, joint, True),
-        ]
+        parts += [space.move(at, begin), space.pause(begin, REST), sweep.phases(pose, joint, True)]
         parts += [space.pause(end, REST), sweep.phases(pose, joint, False)]
         at = begin
     return [*parts, space.move(at, pose)]

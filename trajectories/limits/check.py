@@ -100,10 +100,7 @@ class Violation(NamedTuple):
 
 
 def check(
-    trajectory: Trajectory,
-    limits: Limits,
-    tick: float,
-    torque: Callable[[States], np.ndarray] | None = None,
+    trajectory: Trajectory, limits: Limits, tick: float, torque: Callable[[States], np.ndarray] | None = None
 ) -> list[Violation]:
     """Every violated limit, at most once for each joint and side; empty if there is none.
 

@@ -43,6 +43,15 @@ def with_leads(
     return Sequence((still, into, core, out, still))
 
 
+def with_rests(run: Sequence, duration: float, tick: float) -> Sequence:
+    """A run of `with_leads` with longer rests, so that it has a duration [s], in whole sampling periods."""
+    pose = run.parts[0].state_at(0.0).position
+    moving = sum(part.duration for part in run.parts[1:-1])
+    ticks = round((duration - moving) / tick)
+    first = Phases.hold(pose, (ticks // 2) * tick)
+    return Sequence((first, *run.parts[1:-1], Phases.hold(pose, (ticks - ticks // 2) * tick)))
+
+
 def lead_in(measured: State, trajectory: Trajectory, limits: Limits, tick: float) -> Phases:
     """The fastest move from a measured state to the beginning of a trajectory.
 

@@ -2,19 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.model import Model
-from exidyn.identification.text_table import digits
 
 from ..clearances.clearance import nearest_words
 from ..errors import Infeasible, in_words_of
 from ..families.fourier import Fourier
 from ..families.sequence import Sequence as Run
 from ..limits.check import check
-from ..limits.leads import with_leads
+from ..limits.leads import with_leads, with_rests
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import condition, name_of
@@ -28,7 +28,7 @@ from ..search.torque_spread import DRAWS
 from ..trajectory import States
 from .goals import identification_goal, typical_states
 from .torque_room import torque_spread
-from .wishes import Wishes, periods_of
+from .wishes import ROUNDING, Wishes, beside_periods, periods_of
 
 
 def plan(
@@ -65,13 +65,7 @@ def plan(
     limits = setting.limits
     with in_words_of(model.robot):
         result = excite(
-            goal,
-            setting,
-            starts=starts,
-            seed=seed,
-            seconds=seconds,
-            iterations=iterations,
-            progress=progress,
+            goal, setting, starts=starts, seed=seed, seconds=seconds, iterations=iterations, progress=progress
         )
         goal = goal.with_spread(result.spread)
         return [_plan(model, wishes, goal, result, seed, series, limits, assumed) for series in result.series]
@@ -122,7 +116,6 @@ def _plan(
         details={
             **_bodies(wishes),
             **_nearest(run, wishes),
-            "length": duration_parts(wishes.seconds, series.period, run.duration),
             "period": series.period,
             "harmonics": series.harmonics,
             "goal": goal.words(result.value),
@@ -194,21 +187,18 @@ information, so half; less if the drives are too weak, and all if the distance i
 
 
 def whole_run(
-    series: Fourier,
-    limits: Limits,
-    wishes: Wishes,
-    torques: Sequence[Callable[[States], np.ndarray]] = (),
+    series: Fourier, limits: Limits, wishes: Wishes, torques: Sequence[Callable[[States], np.ndarray]] = ()
 ) -> Run:
     """Rest, lead-in, whole periods, lead-out, rest, with the shortest leads that keep to all limits.
 
-    The periods together take at least the wished duration.
+    The series has a period of whole sampling periods; rests fill the run to the wished duration.
 
     Raises:
-        Infeasible: No phase of the period has feasible leads.
+        Infeasible: No phase of the period has feasible leads within the duration.
     """
     reason, tick = "no phase was tried", wishes.tick
-    repeats = periods_in(wishes.seconds, series.period)
-    for share in SHARES:
+    count = max(int((wishes.seconds - beside_periods(wishes, limits)) / series.period + ROUNDING), 1)
+    for repeats, share in product(dict.fromkeys((count, max(count - 1, 1))), SHARES):
         runs: list[Run] = []
         for shift in np.unique(np.round(np.linspace(0.0, series.period, PHASES, endpoint=False) / tick)):
             core = replace(series.shifted(float(shift * tick)), periods=repeats)
@@ -219,7 +209,7 @@ def whole_run(
         for run in sorted(runs, key=lambda run: run.duration)[:TRIED]:
             reason = _why_not(run, limits, wishes, torques)
             if not reason:
-                return run
+                return with_rests(run, wishes.seconds, tick)
     raise Infeasible(f"no lead into the motion keeps to the limits: {reason}")
 
 
@@ -240,6 +230,8 @@ def _why_not(
     run: Run, limits: Limits, wishes: Wishes, torques: Sequence[Callable[[States], np.ndarray]]
 ) -> str:
     """The first violation of a run in words; empty if there is none."""
+    if run.duration > wishes.seconds + 0.5 * wishes.tick:
+        return f"it takes {run.duration:.2f} s, longer than the {wishes.seconds:g} s that were asked for"
     names = [f"joint {joint + 1}" for joint in range(run.dof)]
     for torque in torques or (None,):
         for violation in check(run, limits, wishes.tick, torque):
@@ -249,18 +241,3 @@ def _why_not(
         if not nearest.allowed:
             return f"{nearest.name}: {1e3 * nearest.margin:.0f} mm of room at {nearest.time:.2f} s"
     return ""
-
-
-def periods_in(seconds: float, period: float) -> int:
-    """The smallest number of periods that last at least a time [s]."""
-    return max(1, int(np.ceil(seconds / period - 1e-9)))
-
-
-def duration_parts(seconds: float, period: float, duration: float) -> str:
-    """The requested duration and the parts of the planned one [s]."""
-    count = periods_in(seconds, period)
-    periods = f"{count} periods take" if count > 1 else "1 period takes"
-    return (
-        f"requested {digits(seconds)} s; {periods} {digits(count * period)} s, and rests and leads "
-        f"{digits(duration - count * period, 2)} s"
-    )

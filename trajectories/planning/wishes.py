@@ -16,9 +16,14 @@ from ..search.setting import Setting
 THERE_AND_BACK = (4.0, 3.0)
 """Default base periods, as multiples of the time that the slowest joint takes across its range: there and
 back at half its speed, which leaves room for faster harmonics, and at two thirds of it."""
+LEADS = 2.0
+"""Time for both leads, as a multiple of the time in which the slowest joint reaches its largest velocity with
+half of acceleration and jerk; usual leads begin where the motion is slow, and take half of it."""
 MOST = {"harmonics": 25, "trajectories": 6}
 """Largest values: the time of a search step grows with the cube of the number of unknowns, and a step cannot
 be interrupted. With these values it takes seconds."""
+ROUNDING = 1e-6
+"""Share of a sampling period, or of a base period, that counts as rounding [-]."""
 ROWS = 2.0
 """Independent rows per second and hertz of bandwidth (Nyquist)."""
 BANDWIDTH = 10.0
@@ -34,7 +39,7 @@ class Wishes:
     criterion: str | None = None
     harmonics: int = Setting.harmonics  # number of harmonics of each joint
     period: float | None = None  # base period [s]; several are tried by default
-    seconds: float = 40.0  # duration of the exciting part, rounded up to full periods [s]
+    seconds: float = 40.0  # duration of the whole run, with rests and leads [s]
     series: int = 1  # number of trajectories that are planned together
     margins: Margins = field(default_factory=Margins)  # safety margins to the limits
     # Window of the controller's corrections around the start pose, as in `usable`.
@@ -42,7 +47,7 @@ class Wishes:
     # Pose at which the run begins and ends, shape (n,) [rad]; chosen by default.
     start: np.ndarray | None = None
     tick: float = 0.002  # sampling period of the controller [s]
-    rest: float = 1.0  # rest at both ends, which records the noise of the still arm [s]
+    rest: float = 1.0  # least rest at each end, which records the noise of the still arm [s]
     clearances: Sequence[Clearance] = ()  # collisions and regions
     shapes: Sequence[str] = ()  # keys of effects whose shapes are unknown
     # Known parameters of the payload of each further run of the motion; empty for a single run.
@@ -76,16 +81,45 @@ class Wishes:
 
 
 def periods_of(wishes: Wishes, limits: Limits) -> tuple[float, ...]:
-    """Base periods to try, rounded to whole sampling periods [s].
+    """Base periods to try, in whole sampling periods; a whole number of each fills the run [s].
 
-    The time of a joint across its range is that of its fastest sinusoid: in a narrow window acceleration or
-    jerk limit it, not velocity.
+    Raises:
+        BadLimits: The run is shorter than one period, rests and leads.
+    """
+    if wishes.seconds < (shortest := shortest_run(wishes, limits)) - ROUNDING:
+        raise BadLimits(
+            f"length: {wishes.seconds:g} s; the shortest possible is {np.ceil(10.0 * shortest) / 10.0:g} s: "
+            f"one period of {shortest - beside_periods(wishes, limits):.3g} s between rests and leads"
+        )
+    if wishes.period:
+        return (max(round(wishes.period / wishes.tick), 1) * wishes.tick,)
+    room, across, tick = wishes.seconds - beside_periods(wishes, limits), _time_across(limits), wishes.tick
+    counts = [max(round(room / (times * across)), 1) for times in THERE_AND_BACK]
+    return tuple(dict.fromkeys(int(room / count / tick + ROUNDING) * tick for count in counts))
+
+
+def shortest_run(wishes: Wishes, limits: Limits) -> float:
+    """Duration of one period, in which every joint could cross its range, between rests and leads [s]."""
+    return beside_periods(wishes, limits) + (wishes.period or _time_across(limits))
+
+
+def beside_periods(wishes: Wishes, limits: Limits) -> float:
+    """Time that rests and leads take of the run [s]."""
+    half = 0.5 * (limits.position_upper - limits.position_lower)
+    fastest = np.minimum(limits.velocity, np.sqrt(limits.acceleration * half))
+    speeding = 2.0 * fastest / limits.acceleration + limits.acceleration / limits.jerk
+    away = 0.0 if wishes.start is None else _time_across(limits)  # half of the range and back
+    return 2.0 * wishes.rest + LEADS * float(np.max(speeding)) + away
+
+
+def _time_across(limits: Limits) -> float:
+    """Time that the slowest joint takes across its range [s].
+
+    That of its fastest sinusoid: in a narrow window acceleration or jerk limit it, not velocity.
     """
     half = 0.5 * (limits.position_upper - limits.position_lower)
     rates = (limits.velocity / half, np.sqrt(limits.acceleration / half), np.cbrt(limits.jerk / half))
-    across = float(2.0 / np.min(rates))
-    periods = [wishes.period] if wishes.period else [times * across for times in THERE_AND_BACK]
-    return tuple(max(round(period / wishes.tick), 1) * wishes.tick for period in periods)
+    return float(2.0 / np.min(rates))
 
 
 def rows_of(wishes: Wishes, bandwidth: float | None = None) -> float:

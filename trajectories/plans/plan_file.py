@@ -14,7 +14,7 @@ from typing import Any
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.errors import RobotError
-from exidyn.identification.file_names import read_failure
+from exidyn.identification.file_names import other_format, read_failure
 from exidyn.identification.robot_files.toml_fields import (
     block,
     check_keys,
@@ -169,7 +169,7 @@ def _check_kind(table: Mapping[str, Any]) -> None:
         raise NotATrajectory(f"not a trajectory file: {reason}, expected kind = '{KIND}'")
     version = table.get("format")
     if version != FORMAT:
-        raise NotATrajectory(f"format {version!r}; this version reads format {FORMAT}; update exidyn")
+        raise NotATrajectory(other_format(version, FORMAT, "excite ROBOT"))
 
 
 def _unchanged(text: str) -> bool:

@@ -9,15 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.identification.document.document import (
-    Cell,
-    Document,
     Figure,
     Grid,
-    Marked,
     Paragraph,
     Section,
-    Statements,
-    Table,
 )
 from exidyn.identification.document.html import html
 from exidyn.identification.pages.svg import COLUMNS, Panel, Span, legend, picture, text
@@ -27,7 +22,7 @@ from ..trajectory import unit_of
 from .plan import Plan
 from .plan_check import Curve, Torque, Use, limit_use, percent
 from .plan_space import Space, space_figures
-from .plan_summary import plan_facts, span
+from .plan_summary import plan_document
 
 LEFT, WIDTH, RIGHT = 64.0, 512.0, 56.0
 """Width of the labels, of a panel, and of its percentage [px]."""
@@ -134,10 +129,6 @@ class Around(NamedTuple):
     nearest: str  # nearest approaches in words; empty if collisions were not checked
 
 
-NEAR = 0.9
-"""Share of a limit from which a number is colored as near the limit."""
-
-
 def plan_page(
     plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
 ) -> str:
@@ -153,15 +144,9 @@ def plan_page(
         "Percentages are the largest value over the limit, also between samples"
         + ("; torque is that of the nominal model." if torque else ".")
     )
-    sections = [
-        Section("verdict", "Verdict", [Statements(_verdict(plan, uses, beyond, torque, around), "verdict")]),
-        Section("limits", "Use of the limits", [_use_table(plan, uses)]),
-        *_space(around),
-        Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")]),
-        Section("plan", "How it was planned", [_facts(plan)]),
-    ]
-    note = f"{plan.trajectory.duration:g} s, {len(plan.joints)} joints, every {1e3 * plan.tick:g} ms"
-    return html(Document(f"{plan.robot}: planned motion", note, sections), style=STYLE)
+    document = plan_document(plan, uses, beyond, _remarks(plan, torque, around))
+    motion = Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")])
+    return html(document._replace(sections=[*document.sections, *_space(around), motion]), style=STYLE)
 
 
 def _space(around: Around | None) -> list[Section]:
@@ -174,55 +159,17 @@ def _space(around: Around | None) -> list[Section]:
     return [Section("space", "Space", [Paragraph(caption), Grid(space_figures(around.space), "two alike")])]
 
 
-def _verdict(
-    plan: Plan, uses: Sequence[Use], beyond: Sequence[str], torque: Torque | None, around: Around | None
-) -> list[str]:
-    """Sentences on the plan: violations first, and checks that were not made last."""
-    unlimited = [
-        f"No {use.name} limit is known for "
-        + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
-        + "."
-        for use in uses
-        if np.any(np.isnan(use.share))
-    ]
-    stops = "a stop that begins at any sample ends within them"
-    head = "Exceeds limits: do not run it." if beyond else f"Keeps to all known limits; {stops}."
-    unchecked = _unchecked(plan, torque, around)
-    last = [f"Not checked here: {'; '.join(unchecked)}."] if unchecked else []
-    nearest = [f"Nearest: {around.nearest}."] if around and around.nearest else []
-    return [head, *beyond, *nearest, *unlimited, *last]
-
-
-def _unchecked(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
-    """Checks that this page does not include."""
-    unchecked = [] if around and around.nearest else ["collisions"]
+def _remarks(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
+    """The nearest approach, and checks that this page does not include."""
+    if around and around.nearest:
+        sentences, unchecked = [f"Nearest: {around.nearest}."], list[str]()
+    else:
+        sentences, unchecked = [], ["collisions"]
     if torque is None:
         unchecked.append("torque, which needs the robot")
     elif plan.payload_pair and len(torque.runs) == 1:
         unchecked.append("torque of the loaded run, since the robot file names no payload")
-    return unchecked
-
-
-def _use_table(plan: Plan, uses: Sequence[Use]) -> Table:
-    head = ["joint", "unit", "position", "of limits", *(f"{use.name} [%]" for use in uses[1:])]
-    position = uses[0]
-    rows: list[list[Cell]] = [
-        [
-            name,
-            plan.units[j],
-            _cell(span(position.reached.lower[j], position.reached.upper[j]), position, j),
-            span(position.lower[j], position.upper[j]),
-            *(_cell(percent(use.share[j], "-"), use, j) for use in uses[1:]),
-        ]
-        for j, name in enumerate(plan.joints)
-    ]
-    return Table(head, rows, words=(1,))
-
-
-def _cell(words: str, use: Use, joint: int) -> Cell:
-    share = use.share[joint]
-    kind = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
-    return words if np.isnan(share) else Marked(words, kind)
+    return sentences + ([f"Not checked here: {'; '.join(unchecked)}."] if unchecked else [])
 
 
 def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
@@ -233,9 +180,3 @@ def _remark(plan: Plan, uses: Sequence[Use], joint: int) -> str:
         f"{unit_of(use.name, plan.units[joint])}"
         for use in chosen
     )
-
-
-def _facts(plan: Plan) -> Table:
-    rows = [[name, words] for name, words in plan_facts(plan).items()]
-    rows += [["assumed", sentence] for sentence in plan.assumed]
-    return Table(["", ""], rows, words=(1,))

@@ -5,7 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from exidyn.identification.text_table import digits, fixed, paragraph, table
+from exidyn.identification.document.document import (
+    Block,
+    Cell,
+    Document,
+    Marked,
+    Paragraph,
+    Section,
+    Statements,
+    Table,
+)  # fmt: skip
+from exidyn.identification.text_table import UNKNOWN, digits, fixed
 
 from ..families.phases import Phases
 from ..trajectory import Trajectory
@@ -20,29 +30,50 @@ AT_REST = 0.65
 """Recorded time before and after the motion [s]."""
 LONG = 60.0
 """Duration from which minutes are shown as well [s]."""
+NEAR = 0.9
+"""Share of a limit from which a number is colored as near the limit."""
 
 SHARES = ("velocity", "acceleration", "jerk", "torque")
 """Limits whose safety margin is a share."""
 LENGTHS = {"position": "rad", "slide": "m"}
 """Units of the safety margins of revolute and prismatic joints."""
+SAFETY_DETAILS = ("bodies", "center", "payload", "nearest")
+"""Details on which the safety of a run depends."""
 DETAIL_UNITS = {"period": " s", "heaviest": " kg"}
 """Units of the details that are numbers with a unit."""
 
 
-def summary(plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = ()) -> str:
-    """Robot, duration, criterion and details, a table of the use of limits, and the sentences `beyond`."""
-    lines = [f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_words(plan.trajectory)}"]
-    facts = plan_facts(plan)
-    width = max(map(len, facts)) + 2
-    for name, words in facts.items():
-        lines += paragraph(words, " " * (width + 2), f"  {name + ':':<{width}}")
-    lines += ["", *(f"  {line}" for line in use_table(plan, uses))]
-    if apart := leads_apart(plan):
-        lines += paragraph(apart, "  ", "  ")
-    for heading, sentences in (("  BEYOND: ", beyond), ("  assumed: ", plan.assumed)):
-        rows = [row for sentence in sentences for row in paragraph(sentence, " " * len(heading), heading)]
-        lines += ["", *rows] if rows else []
-    return "\n".join(lines).rstrip()
+def plan_document(
+    plan: Plan, uses: Sequence[Use], beyond: Sequence[str] = (), remarks: Sequence[str] = ()
+) -> Document:
+    """Facts on a plan, its use of limits, the sentences `beyond` on limits that it exceeds, and remarks."""
+    facts, limits, apart = plan_facts(plan), use_table(plan, uses), leads_apart(plan)
+    said, assumed = _verdict(plan, uses, beyond), [f"Assumed: {sentence}" for sentence in plan.assumed]
+    run = [f"To be run {facts['to be run']}: {facts['takes']}"]
+    if reached := facts.get("goal") or facts.get("criterion"):
+        run.append(f"Reached: {reached}")
+    run += [f"{name.capitalize()}: {facts[name]}" for name in SAFETY_DETAILS if name in facts]
+    sections = [
+        Section("verdict", "Verdict", [Statements([*said, *remarks, *assumed], "verdict")]),
+        Section("limits", "Use of the limits", [limits, *([Paragraph(apart)] if apart else [])]),
+    ]
+    title = f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_words(plan.trajectory)}"
+    brief: list[Block] = [Statements([*said, *remarks, *run, *assumed]), limits]
+    return Document(title, "", sections, tuple(facts.items()), brief)
+
+
+def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str]:
+    """Limits that are exceeded, or else the largest use of one; and limits that are not known."""
+    unknown = {use.name: [plan.joints[j] for j in np.flatnonzero(np.isnan(use.share))] for use in uses}
+    unlimited = [
+        f"No {name} limit is known for {', '.join(names)}." for name, names in unknown.items() if names
+    ]
+    if beyond:
+        return ["Exceeds limits: do not run it.", *(f"BEYOND: {sentence}" for sentence in beyond), *unlimited]
+    shares = np.nan_to_num([use.share for use in uses[1:]])
+    most, joint = map(int, np.unravel_index(np.argmax(shares), shares.shape))
+    used = f"at most {percent(shares[most, joint], '')} % of {uses[most + 1].name}, on {plan.joints[joint]}"
+    return [f"Keeps to all known limits ({used}), and so does a stop that begins at any sample.", *unlimited]
 
 
 def plan_facts(plan: Plan) -> dict[str, str]:
@@ -95,20 +126,27 @@ def duration_words(seconds: float) -> str:
     return f"{seconds:.0f} s{minutes}"
 
 
-def use_table(plan: Plan, uses: Sequence[Use]) -> list[str]:
-    """Lines of a table with the range of each joint and the used shares of its limits."""
+def use_table(plan: Plan, uses: Sequence[Use]) -> Table:
+    """The range of each joint and the used shares of its limits."""
     position, *others = uses
-    head = ["joint", "position", "of limits", *(f"{use.name} %" for use in others)]
-    rows = [
+    head = ["joint", "unit", "position", "of limits", *(f"{use.name} [%]" for use in others)]
+    rows: list[list[Cell]] = [
         [
             name,
-            f"{span(position.reached.lower[j], position.reached.upper[j])} {plan.units[j]}",
+            plan.units[j],
+            _cell(span(position.reached.lower[j], position.reached.upper[j]), position, j),
             span(position.lower[j], position.upper[j]),
-            *(percent(use.share[j], "no limit") for use in others),
+            *(_cell(percent(use.share[j], UNKNOWN), use, j) for use in others),
         ]
         for j, name in enumerate(plan.joints)
     ]
-    return table(head, rows)
+    return Table(head, rows, words=(1,))
+
+
+def _cell(words: str, use: Use, joint: int) -> Cell:
+    share = use.share[joint]
+    kind = "bad" if use.violated[joint] else "middling" if share >= NEAR else "good"
+    return words if np.isnan(share) else Marked(words, kind)
 
 
 def leads_apart(plan: Plan) -> str:

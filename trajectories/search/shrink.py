@@ -54,11 +54,7 @@ def tightened(limits: Limits, violations: Sequence[Violation]) -> Limits:
 
 
 def shrink_inside(
-    series: Fourier,
-    goal: Goal,
-    limits: Limits,
-    clearances: Sequence[Clearance],
-    tick: float,
+    series: Fourier, goal: Goal, limits: Limits, clearances: Sequence[Clearance], tick: float
 ) -> Fourier:
     """The series, scaled down until it keeps every limit at all times.
 

@@ -93,12 +93,7 @@ class Step:
 
 
 def minimize(
-    function: Function,
-    margins: Function,
-    start: np.ndarray,
-    curvature: np.ndarray,
-    steps: int,
-    gain: float,
+    function: Function, margins: Function, start: np.ndarray, curvature: np.ndarray, steps: int, gain: float
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Iterates toward a local minimum, each with the Hessian learned so far.
 

@@ -25,8 +25,9 @@ from exidyn.trajectories.clearances.region import read_regions
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.moves import brake_reach
+from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.planner import plan
-from exidyn.trajectories.planning.wishes import Wishes
+from exidyn.trajectories.planning.wishes import Wishes, shortest_run
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.trajectory import States
 
@@ -67,14 +68,9 @@ def random_problem(seed: int) -> tuple[Model, Wishes]:
         start = 0.5 * (lower + upper)
         window = random.uniform(0.2, 0.6) * np.ones(model.robot.dof)
     period = float(random.uniform(5.0, 12.0))
-    wishes = Wishes(
-        harmonics=int(random.integers(3, 6)),
-        period=period,
-        seconds=period,
-        window=window,
-        start=start,
-        rest=0.2,
-    )
+    wishes = Wishes(harmonics=int(random.integers(3, 6)), period=period, window=window, start=start, rest=0.2)
+    inside, _ = usable(robot, wishes.margins, window, start)
+    wishes = replace(wishes, seconds=shortest_run(wishes, inside))
     if seed % 4 == 0:
         floor = [{"point": "flange", "lower": [-np.inf, -np.inf, _height(model)]}]
         wishes = replace(wishes, clearances=tuple(read_regions(floor, model.robot)))

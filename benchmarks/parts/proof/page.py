@@ -117,10 +117,7 @@ def section(one: Answer) -> str:
     parts = [f"## {about.heading}\n", f"{about.what} Given: {case.prior}.\n"]
     if known:
         parts.append(table(["known effect", "known by", "known size", "", "found, or how near"], known))
-    parts += [
-        named_words(one),
-        budget_words(one, about.unit),
-    ]
+    parts += [named_words(one), budget_words(one, about.unit)]
     if one["open_loop"]:
         rows = [
             [model, *(f"{error:.2f}" for error in kinds.values())]

@@ -69,6 +69,8 @@ PLANNED = 8.0
 """Motions as long as this are planned to identify the parameters; shorter ones are random [s]."""
 SHARE = 0.35
 """Of the limits, in a short motion [-]: full speed would leave no time but for getting there."""
+AROUND = 4.0
+"""Of rests and leads, at most [s]."""
 REST = 0.5
 """At both ends [s]: rest shows the noise."""
 
@@ -79,8 +81,9 @@ def motion(seconds: float, arm: BenchArm = COBOT) -> Trajectory:
     if seconds < PLANNED:
         return _random(seconds, arm)
     period = min(10.0, 0.5 * TICK * round(seconds / TICK))
-    exciting = max(seconds - 4.0, period)  # the rest is rest, and the ways there and back
-    wishes = Wishes(seconds=exciting, period=period, start=arm.start, tick=TICK, rest=REST)
+    wishes = Wishes(
+        seconds=max(seconds, period + AROUND), period=period, start=arm.start, tick=TICK, rest=REST
+    )
     return plan(arm.model, wishes, starts=1, seconds=5.0)[0].trajectory
 
 
@@ -88,7 +91,7 @@ def _random(seconds: float, arm: BenchArm) -> Trajectory:
     period = TICK * max(round((seconds - 2.0) / TICK), 50)
     sine, cosine = np.random.default_rng(0).normal(size=(2, len(arm.start), 2)) / [1.0, 2.0]
     series = inside_kinematics(Fourier(period, arm.start, sine, cosine), arm.limits, SHARE)
-    wishes = Wishes(tick=TICK, seconds=period, start=arm.start, rest=0.1)
+    wishes = Wishes(tick=TICK, seconds=period + AROUND, start=arm.start, rest=0.1)
     return whole_run(series, arm.limits, wishes)
 
 

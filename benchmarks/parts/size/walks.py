@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
 SMALL = (
-    "excite cobot --start 0 -90 0 0 0 0 --window 10 --degrees --tick 0.008 --length 5 --period 5 "
+    "excite cobot --start 0 -90 0 0 0 0 --window 10 --degrees --tick 0.008 --length 9 --period 5 "
     "--harmonics 2 --search 1 -o small.toml"
 )
 """Command that plans a motion of some seconds for the recording loop."""
@@ -28,7 +28,7 @@ dashboard_port = {}
 """
 WALKS = {
     "CSV log to fit": ("import log.csv --robot robot.toml --degrees", "identify log.mcap -o fit"),
-    "two runs to diagnosis": ("diagnose robot.toml first.mcap --validate second.mcap -o diagnosis",),
+    "two runs to diagnosis": ("diagnose first.mcap --validate second.mcap --robot robot.toml -o diagnosis",),
     "fit and two runs to one page": ("report fit first.mcap second.mcap",),
     "one cycle, mock": (f"{RECORD} --driver mock -o mock.mcap",),
     "one cycle, UR's socket": (f"{RECORD} --controller cell.toml -o ur.mcap",),

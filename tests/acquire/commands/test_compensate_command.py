@@ -68,10 +68,7 @@ def test_no_payload_has_a_name_as_in_contact(folder):
         (["--payload", "X"], "no payload 'X'. Payloads of the fit: L"),
         (["--friction", "100"], "share of friction is 100 %; it must be at least 0 and below 100 %"),
         (["-o", "arm.m"], "--output arm.m: the name must end in .py or .hpp"),
-        (
-            ["--robot", "half.xml"],
-            "--robot half.xml: not every joint of the fit has a position servo there",
-        ),
+        (["--robot", "half.xml"], "--robot half.xml: not every joint of the fit has a position servo there"),
         (
             ["--robot", "other.xml"],
             "--robot other.xml: not every joint of the fit has a position servo there",

@@ -39,10 +39,10 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Paths of a nominal robot, and of its runs with their roles in them."""
+    """The option of a nominal robot, and paths of its runs with their roles in them."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "robot.toml").write_text(model_text(nominal_model()))
-    return [str(folder / "robot.toml"), *write(folder, *recordings())]
+    return ["--robot", str(folder / "robot.toml"), *write(folder, *recordings())]
 
 
 def test_a_spring_that_the_model_lacks_is_named_and_fitted(tutorial):
@@ -109,7 +109,14 @@ def test_a_bare_urdf_gets_its_model_too(tmp_path, capsys):
         rows = np.column_stack([position.time, position.values, current.values])
         path, head = tmp_path / f"{name}.csv", "t,q1,q2,tau1,tau2"
         np.savetxt(path, rows, "%.9g", ",", header=head, comments="")
-    given = [str(urdf), str(tmp_path / "run.csv"), "--validate", str(tmp_path / "other.csv"), "--quick"]
+    given = [
+        "--robot",
+        str(urdf),
+        str(tmp_path / "run.csv"),
+        "--validate",
+        str(tmp_path / "other.csv"),
+        "--quick",
+    ]
     assert main(["diagnose", *given, "--output", str(tmp_path / "out")]) == 0
     # Without priors the data do not determine each value: those below zero are warnings when it is read.
     with pytest.warns(RobotWarning, match="it is at least 0"):
@@ -119,10 +126,10 @@ def test_a_bare_urdf_gets_its_model_too(tmp_path, capsys):
 def test_options_give_runs_their_roles_and_filters(runs, tmp_path, monkeypatch):
     seen = []
     answering(monkeypatch, lambda *given, filtering, **_: seen.append((*given, filtering)) or diagnosis())
-    robot, one, two, three = runs
-    arguments = [robot, one, "--slow", two, "--validate", three, "--payload", one, "--mass", "3"]
+    _, robot, one, two, three = runs
+    arguments = [one, "--robot", robot, "--slow", two, "--validate", three, "--payload", one, "--mass", "3"]
     filters = ["--position-cutoff", "9", "--torque-cutoff", "6", "--standstill", "0.02"]
-    for given in ([*arguments, *filters], runs[1:]):
+    for given in ([*arguments, *filters], runs[2:]):
         assert main(["diagnose", *given, "--quick", "--output", str(tmp_path / "out")]) == 0
     assert [role for role, _ in seen[0][1]] == ["identify", "slow", "validate", "payload"]
     assert dict(seen[0][1][3][1].payload.known) == {"M": 3.0}
@@ -150,22 +157,30 @@ def test_what_cannot_be_asked_is_a_warning_and_the_rest_is_answered(tmp_path, ca
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["{robot}"], "a robot without runs"),
-        (["{robot}", "{held_out}"], "no run is left to fit: all are held out"),
-        (["{robot}", "missing.mcap"], "missing.mcap does not exist"),
+        (["--robot", "{robot}", "{held_out}"], "no run is left to fit: all are held out"),
+        (["--robot", "{robot}", "missing.mcap"], "missing.mcap does not exist"),
         (["{one}", "{other}"], "with other geometry"),
-        (["{robot}", "{one}", "--output", "{one}"], "--output needs a folder"),
+        (["{one}", "--output", "{one}"], "--output needs a folder"),
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(arguments, message, runs, tmp_path, capsys):
     [other] = write(tmp_path, of_another_arm(recordings()[0]))
-    names = dict(zip(("robot", "one", "two", "held_out"), runs, strict=True)) | {"other": other}
+    names = dict(zip(("robot", "one", "two", "held_out"), runs[1:], strict=True)) | {"other": other}
     given = [argument.format(**names) for argument in arguments]
     if "--output" not in given:
         given += ["--output", str(tmp_path / "out")]
     assert main(["diagnose", *given]) == REFUSED
     [line] = [line for line in capsys.readouterr().err.splitlines() if line.startswith("exidyn: ")]
     assert message in line
+
+
+def test_a_robot_among_the_runs_is_refused_with_the_command_to_type(capsys):
+    typed = "diagnose robot.toml a.mcap --slow s.mcap --payload b.mcap --mass 8 --com 0.1 0 0"
+    with pytest.raises(SystemExit) as ended:
+        main(typed.split())
+    assert ended.value.code == REFUSED
+    corrected = "diagnose a.mcap --slow s.mcap --payload b.mcap --mass 8 --com 0.1 0 0 --robot robot.toml"
+    assert f"robot.toml is a robot, not a run; type: exidyn {corrected}" in capsys.readouterr().err
 
 
 def test_the_page_opens_with_the_verdict_and_has_what_is_undecided_moments_and_candidates():

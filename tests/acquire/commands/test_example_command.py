@@ -19,7 +19,7 @@ pytestmark = pytest.mark.clocked(patient=True)
 
 @pytest.mark.long
 def test_the_first_example_finds_the_truth(tmp_path, capsys):
-    assert main(["example", "--length", "20", "--output", str(tmp_path)]) == 0
+    assert main(["example", "--length", "30", "--output", str(tmp_path)]) == 0
     printed, progress = capsys.readouterr()
     assert f"exidyn identify {tmp_path}/unloaded.mcap --payload {tmp_path}/loaded.mcap --mass 175" in progress
     lines = [line.split() for line in printed.partition("Identified and true values")[2].splitlines() if line]

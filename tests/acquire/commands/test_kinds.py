@@ -64,7 +64,7 @@ def test_a_run_against_another_model_states_how_well_it_distinguishes(robot, cap
     springy = two_joints.model(JointSpring(("elbow",)))
     springy = replace(springy, stated={**springy.stated, "Ks2": Prior(20.0)})
     (robot / "springy.toml").write_text(model_text(springy))
-    small = ["--period", "3", "--harmonics", "1", "--length", "3"]
+    small = ["--period", "3", "--harmonics", "1", "--length", "7"]
     assert excite(robot, "--against", str(robot / "springy.toml"), *small) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "robot.toml or " in printed

@@ -107,17 +107,8 @@ def test_options_that_pages_name_exist(page):
             assert mentioned <= options(command(name).parser()), f"exidyn {name}{rest}"
     every = set().union(*(options(command(name).parser()) for name in COMMANDS))
     alone = set(re.findall(r"`(--[a-z][a-z-]*)", text))
-    assert alone <= every | {
-        "--arm",
-        "--completion",
-        "--arms",
-        "--resume",
-        "--bare",
-        "--fifo",
-        "--keep",
-        "--quick",
-        "--version",
-    }  # those of benchmarks, of peers, and of all commands
+    others = "--arm --completion --arms --resume --bare --fifo --keep --quick --version"
+    assert alone <= {*every, *others.split()}  # those of benchmarks, of peers, and of all commands
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -70,7 +70,8 @@ def test_a_plan_of_poses(plan_for, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("options", "code", "words"),
     [
-        (["--length", "1"], 0, "would not determine the payload"),
+        (["--length", "6"], 0, "would not determine the payload"),
+        (["--length", "1"], REFUSED, "length: 1 s; the shortest possible is "),
         (["--start", "0", "0", "0"], REFUSED, "--start: 3 values; give 1 or 2, one per joint"),
         (["--up-to", "5000"], REFUSED, "payload of up to 5000 kg within 0.2 m of the flange"),
     ],
@@ -101,6 +102,7 @@ def test_a_payload_above_what_the_motion_allows_is_warned_about() -> None:
         ("run.mcap --fit f.json --robot cobot", "--fit and --robot cannot be used together"),
         ("run.mcap --fit f.json --kind poses", "--kind is only used with --up-to KG"),
         ("--up-to 3 --robot cobot --for ur", "--up-to and --for cannot be used together"),
+        ("--up-to 3 --robot cobot --kind poses --length 9", "--kind poses and --length cannot be used"),
     ],
 )
 def test_options_that_exclude_each_other(options, words, capsys) -> None:

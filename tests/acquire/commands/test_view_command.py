@@ -228,6 +228,7 @@ def test_traces_are_those_of_the_evidence(files):
         (["diagnosis.json", "run.mcap"], "contains its runs"),
         (["list.json"], "neither a fit nor a diagnosis"),
         (["other.json"], "has format 9; this version reads 2; update exidyn"),
+        (["older.json"], "has format 1; this version reads 2; write it anew with exidyn diagnose RUN"),
         (["half.json"], "is not JSON, or was cut off"),
         (["bare.json"], "key 'name' is missing"),
         (["run.mcap", "--serve", "nowhere"], "--serve nowhere"),
@@ -235,7 +236,8 @@ def test_traces_are_those_of_the_evidence(files):
     ],
 )
 def test_what_cannot_be_shown_is_reported_in_one_line(names, message, files, tmp_path, capsys):
-    texts = {"list": "[]", "other": '{"exidyn_diagnosis": 9}', "half": "{", "bare": '{"exidyn_diagnosis": 2}'}
+    texts = {name: f'{{"exidyn_diagnosis": {n}}}' for name, n in (("older", 1), ("bare", 2), ("other", 9))}
+    texts |= {"list": "[]", "half": "{"}
     for name, text in texts.items():
         (files / f"{name}.json").write_text(text)
     given = [str(files / name) if "." in name and "/" not in name else name for name in names]

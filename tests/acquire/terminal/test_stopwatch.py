@@ -2,18 +2,14 @@
 
 import io
 import math
-import os
-import pty
-import select
 import time
 
 import pytest
 
+from exidyn.acquire.run.errors import CLEAR
 from exidyn.acquire.terminal import stopwatch
-from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch, with_bar
+from exidyn.acquire.terminal.stopwatch import NEARLY, Stopwatch
 from exidyn.identification.progress import StageText
-
-from ...parts.system_needs import TERMINALS
 
 pytestmark = pytest.mark.clocked
 
@@ -60,44 +56,38 @@ def test_a_long_sentence_is_wrapped_below_its_beginning(clock, capsys):
     assert max(map(len, [first, *others])) <= 80
 
 
-def test_a_file_gets_the_sentences_alone(monkeypatch, capsys):
-    monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
+def test_a_file_gets_the_sentences_alone(capsys):
     with Stopwatch(SHARES) as watch:
         watch(StageText("read", "read the files"))
         time.sleep(0.1)
     assert capsys.readouterr().err == "   0.0 s  read the files\n"
 
 
-def test_items_pass_a_bar_that_a_terminal_shows(monkeypatch):
+def test_items_have_a_time_left(clock):
+    watch, seen = Stopwatch(), []
+    for item in watch.over(range(4)):
+        seen.append(item)
+        clock[0] += 10.0
+    assert seen == [0, 1, 2, 3]
+    assert watch.time_left(30.0) == pytest.approx((0.75, 10.0))
+
+
+def test_a_terminal_gets_one_line_that_is_rewritten_and_gone_in_the_end(monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):
             return True
 
     terminal = Terminal()
-    monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
+    monkeypatch.setattr(stopwatch, "REDRAW", 0.01)
     monkeypatch.setattr(stopwatch.sys, "stderr", terminal)
-    assert list(with_bar(range(3))) == [0, 1, 2]
-    assert "0 % |" in terminal.getvalue()
-    assert not terminal.getvalue().rpartition("\r")[2].strip()
-
-
-def test_a_terminal_gets_a_bar_that_is_gone_in_the_end(monkeypatch):
-    TERMINALS.require()
-    ours, theirs = pty.openpty()
-    monkeypatch.setattr(stopwatch, "PATIENCE", 0.0)
-    monkeypatch.setattr(stopwatch, "REDRAW", 0.02)
-    with os.fdopen(theirs, "w") as terminal:
-        monkeypatch.setattr(stopwatch.sys, "stderr", terminal)
-        with Stopwatch(SHARES) as watch:
-            time.sleep(0.1)
-            watch(StageText("fit", "fit all joints"))
-            shown = ""
-            while " left" not in shown and select.select([ours], [], [], 30.0)[0]:
-                shown += os.read(ours, 1 << 16).decode()
-        terminal.flush()
-        shown += os.read(ours, 1 << 16).decode()
-    os.close(ours)
-    assert "s  fit all joints" in shown
-    assert "% |" in shown
-    assert " left" in shown
-    assert not shown.rpartition("\r")[2].strip()
+    with Stopwatch(SHARES) as watch:
+        for stage in SHARES:
+            time.sleep(0.05)
+            watch(StageText(stage, f"do {stage} " + "word " * 30))
+        time.sleep(0.05)
+    shown = terminal.getvalue()
+    assert "\n" not in shown
+    lines = shown.split(CLEAR)
+    assert max(map(len, lines)) < 80
+    assert [line for line in lines if " left, do draw" in line]
+    assert lines[-1] == ""

@@ -127,10 +127,20 @@ def test_watch_saves_the_view_of_the_mock(tmp_path, monkeypatch, capsys):
     assert (f"/{EXTERNAL}/shoulder/threshold", "time") not in chunks
 
 
+def test_watch_saves_a_view_of_the_measurements_without_a_fit(tmp_path, capsys):
+    file = str(tmp_path / "live.rrd")
+    assert main(["watch", "--robot", "cobot", "--driver", "mock", "--length", "2", "--save", file]) == 0
+    assert f"written: {file}" in capsys.readouterr().err
+    chunks = read(tmp_path / "live.rrd")
+    assert len(seconds(chunks, "/position/measured")) > 50
+    position = numbers(chunks, "/position/measured").reshape(-1, 6)
+    assert np.ptp(position, axis=0) == pytest.approx(np.zeros(6), abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--robot", "cobot", "--view"], "--view, --serve and --save show external torques; name the fit"),
+        (["--view"], "--view, --serve and --save draw the arm; name it with --robot"),
         (["--fit", "fit.json", "--save", "fit.json"], "--save would overwrite a file that is read"),
         (["--fit", "fit.json", "--save", "no/live.rrd"], "there is no folder"),
         (["--fit", "fit.json", "--serve", "here"], r"--serve here: "),

@@ -59,8 +59,7 @@ def test_the_products_are_the_same_torque_at_any_length():
     robot = two_joints.arm()
     relative = replace(TRUE, d21=1.0, d22=0.3)
     np.testing.assert_allclose(
-        relative.regressor(robot, motion) @ [KR * 0.7**2, K0 * 0.7],
-        TRUE.regressor(robot, motion) @ [KR, K0],
+        relative.regressor(robot, motion) @ [KR * 0.7**2, K0 * 0.7], TRUE.regressor(robot, motion) @ [KR, K0]
     )
 
 

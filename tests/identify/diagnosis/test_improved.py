@@ -67,10 +67,7 @@ def found(candidate: Candidate, value: float = SMALL) -> Finding:
     )
 
 
-@pytest.mark.parametrize(
-    "effect",
-    HELD,
-)
+@pytest.mark.parametrize("effect", HELD)
 def test_a_model_gives_the_torque_that_the_search_found(effect):
     # A link that stands elsewhere is no part of any model; motors that turn with two joints do so or not.
     asked = [one for one in hypotheses(effect, nominal_model()) if not {"moved", "motor"} & set(one.shape)]

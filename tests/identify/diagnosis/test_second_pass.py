@@ -47,11 +47,7 @@ def recording(measurement: Measurement, role: str, seed: int) -> Recording:
 
 
 @pytest.mark.parametrize(
-    "effect",
-    [
-        "time_delay",
-        *(pytest.param(name, marks=pytest.mark.long) for name in [*CASES][1:]),
-    ],
+    "effect", ["time_delay", *(pytest.param(name, marks=pytest.mark.long) for name in [*CASES][1:])]
 )
 def test_what_is_named_is_held_and_not_named_again(effect):
     runs = [(role, recording(CASES[effect], role, seed)) for seed, role in enumerate(ROLES)]

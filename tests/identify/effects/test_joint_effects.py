@@ -45,10 +45,7 @@ FORMULAS = {
         lambda s: [tanh(s.v / 0.01) * (sqrt(4.0 + s.load**2) - 2.0)],
     ),
     "drag": (NonlinearViscousFriction(), lambda s: [s.v * abs(s.v)]),
-    "root": (
-        NonlinearViscousFriction(exponent=0.5),
-        lambda s: [s.v**0.5 if s.v > 0 else -((-s.v) ** 0.5)],
-    ),
+    "root": (NonlinearViscousFriction(exponent=0.5), lambda s: [s.v**0.5 if s.v > 0 else -((-s.v) ** 0.5)]),
     "warm": (
         TemperatureDependentFriction(reference=20.0, reversal=0.01),
         lambda s: [s.v * (s.temperature - 20.0), tanh(s.v / 0.01) * (s.temperature - 20.0)],

@@ -193,8 +193,5 @@ def test_a_rounded_right_angle_makes_no_base_parameters(rounded):
     found, known = base_parameters(parse_model(text)), base_parameters(exact)
     assert found.names == known.names
     np.testing.assert_allclose(
-        found.regrouping @ exact.nominal_values,
-        known.regrouping @ exact.nominal_values,
-        rtol=1e-3,
-        atol=0.05,
+        found.regrouping @ exact.nominal_values, known.regrouping @ exact.nominal_values, rtol=1e-3, atol=0.05
     )

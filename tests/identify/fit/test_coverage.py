@@ -5,11 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identification.fit.estimators import (
-    consistent,
-    maximum_likelihood,
-    weighted,
-)
+from exidyn.identification.fit.estimators import consistent, maximum_likelihood, weighted
 from exidyn.identification.fit.estimators.nominal_gains import given_nominal
 
 from ...parts.small.two_joints import GAIN, coloured, equations

@@ -15,12 +15,12 @@ from exidyn.identification.fit.fit_file import fit_text, read_fit
 from exidyn.identification.fit.fit_warnings import FACTOR, far_gains, impossible_values, repeated_runs
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.verdict import JointState, joint_verdicts, payload_centres, verdict
-from exidyn.identification.pages.fit_document import fit_document, report_html, summary
+from exidyn.identification.pages.fit_document import fit_document, report_html
 from exidyn.identification.preparation.prepare import Filtering, choose, prepare
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 
 from ...parts.small import two_joints
-from ...parts.small.small_fit import fit, plain_fit
+from ...parts.small.small_fit import fit, plain_fit, summary
 from ...parts.small.two_joint_files import loaded, run
 
 pytestmark = pytest.mark.numerical

@@ -11,10 +11,10 @@ from exidyn.acquire.command_line import main
 from exidyn.identification.fit.fit_file import fit_text, read_fit
 from exidyn.identification.fit.identified import exported, identified
 from exidyn.identification.fit.verdict import verdict
-from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.pages.fit_document import report_html
 from exidyn.identification.text_table import NORMAL_95
 
-from ...parts.small.small_fit import fit, plain_fit
+from ...parts.small.small_fit import fit, plain_fit, summary
 
 
 def exporting(found):

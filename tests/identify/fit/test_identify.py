@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.effects import Payload
-from exidyn.identification.errors import (
-    NotExcited,
-    RecordingError,
-    RobotError,
-)
+from exidyn.identification.errors import NotExcited, RecordingError, RobotError
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.estimators.nominal_gains import given_nominal
 from exidyn.identification.fit.identification import identify

@@ -20,12 +20,14 @@ from exidyn.identification.fit.identified import identified
 from exidyn.identification.fit.settled_gains import open_gains, settled
 from exidyn.identification.fit.verdict import verdict
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.pages.fit_document import report_html
 from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.robot_file import parse_model
 from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
+
+from ...parts.small.small_fit import summary
 
 GAIN = np.array([-40.0, 25.0])
 WRONG = 1.1

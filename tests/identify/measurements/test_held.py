@@ -94,10 +94,7 @@ def test_every_kind_is_kept_by_a_fit_and_its_arm():
         ('name = "joint_elasticity"\njoint = "elbow"\nstiffness = 0.0', "stiffness: 0 is not above 0"),
         ('name = "backlash"\njoint = "elbow"\ngap = -1e-3', "gap: -0.001 is not above 0"),
         ('name = "current_clipping"\nlimit = 0.0', "limit: 0 is not above 0"),
-        (
-            'name = "drive_gain_saturation"\njoint = "elbow"\nloss = 0.1',
-            "either knee and width, or",
-        ),
+        ('name = "drive_gain_saturation"\njoint = "elbow"\nloss = 0.1', "either knee and width, or"),
     ],
 )
 def test_a_wrong_row_is_refused(row, words):

@@ -21,9 +21,11 @@ from exidyn.identification.fit.fit_file import fit_text
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.fit.identified import identified
 from exidyn.identification.model import Model
-from exidyn.identification.pages.fit_document import report_html, summary
+from exidyn.identification.pages.fit_document import report_html
 from exidyn.identification.simulation.simulate import simulate
 from exidyn.trajectories.random_motion import random_fourier
+
+from ...parts.small.small_fit import summary
 
 OF_TURNING = ("N m", "N·m", "rad", "kg m^2", "kg m²")
 

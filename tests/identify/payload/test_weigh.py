@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exidyn.identification.document.text import text
 from exidyn.identification.errors import FitError, RecordingError
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia
 from exidyn.identification.fit.identification import identify
-from exidyn.identification.pages.payload_document import payload_table, payload_text
+from exidyn.identification.pages.payload_document import payload_document, payload_table
 from exidyn.identification.payload.body import MASS, Body
 from exidyn.identification.payload.intervals import Interval
 from exidyn.identification.payload.payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
@@ -63,7 +64,7 @@ def test_a_description_alone_costs_the_interval_or_trust(by_fit):
     assert result.source == DESCRIPTION
     assert result.mass.holds(TOOL.mass)
     assert result.mass.half > 3 * by_fit.mass.half
-    assert "comes from what is uncertain of the arm" in " ".join(payload_text(result).split())
+    assert "comes from what is uncertain of the arm" in " ".join(text(payload_document(result)).split())
     nominal = arm()
     bare = replace(nominal, robot=replace(nominal.robot, inertias_stated=False))
     loaded = run(nominal, 2, TOOL)
@@ -78,7 +79,7 @@ def test_an_arm_without_payload_carries_nothing() -> None:
     assert result.mass.low == 0.0
     assert result.mass.high < 0.1
     assert "mass" in result.undetermined
-    assert "The mass may be zero, so the center" in " ".join(payload_text(result).split())
+    assert "The mass may be zero, so the center" in " ".join(text(payload_document(result)).split())
 
 
 @pytest.mark.parametrize("name", ["by_fit", "by_difference"])
@@ -93,7 +94,7 @@ def test_the_check_and_the_page_have_the_values(by_fit):
     assert by_fit.check.passed
     assert np.max(np.abs(first.position - second.position)) > 0.3
     assert np.nanmax(np.abs(first.predicted - second.predicted)) > 10.0  # [N m] of 3 kg
-    page, table = payload_text(by_fit, ["ur", "kuka"]), payload_table(by_fit)
+    page, table = text(payload_document(by_fit, ["ur", "kuka"])), payload_table(by_fit)
     assert "set_target_payload(" in page
     assert "LOAD_DATA[1]" in page
     assert table["mass"]["low"] < table["mass"]["value"] < table["mass"]["high"]
@@ -105,18 +106,18 @@ def test_an_estimate_that_no_body_has_is_wrong_and_its_mass_is_stated(by_fit) ->
     far = replace(
         by_fit, distance=106.6, intervals=by_fit.intervals._replace(mass=Interval(4.0, 2.9, 4.0, "kg"))
     )
-    page = " ".join(payload_text(far).split())
+    page = " ".join(text(payload_document(far)).split())
     assert "WRONG as a body" in page
     assert "106.6 standard deviations" in page
     assert f"The estimate alone has a mass of {digits(by_fit.estimate[MASS], 4)} ±" in page
-    assert "WRONG as a body" not in payload_text(by_fit)
+    assert "WRONG as a body" not in text(payload_document(by_fit))
 
 
 def test_a_fit_of_weighed_gains_is_not_advised_to_weigh_them(by_fit, by_difference) -> None:
     """Gains of the fit are estimated or nominal, and only nominal gains are cured by a weighed payload."""
     certain = by_fit.certain._replace(mass=Interval(3.0, 2.9999, 3.0001, "kg"))
     estimated, nominal = (
-        " ".join(payload_text(replace(by_fit, certain=certain, nominal_gains=choice)).split())
+        " ".join(text(payload_document(replace(by_fit, certain=certain, nominal_gains=choice))).split())
         for choice in (False, True)
     )
     assert "For less: a longer run with the payload" in estimated
@@ -148,7 +149,8 @@ def test_runs_that_weigh_nothing_are_refused():
 
 def test_no_form_is_written_for_another_frame_or_for_a_mass_that_may_be_zero(by_fit) -> None:
     tcp = replace(by_fit, frame="panda_hand_tcp")
-    assert "franka: no form, since the payload is in frame panda_hand_tcp" in payload_text(tcp, ["franka"])
+    page = " ".join(text(payload_document(tcp, ["franka"])).split())
+    assert "franka: no form, since the payload is in frame panda_hand_tcp" in page
     assert set(payload_table(tcp)["forms"]) == {"urdf", "mjcf"}
     assert "in frame panda_hand_tcp" in tcp.text("mjcf")
     own = replace(by_fit, frame="fr3_link8")

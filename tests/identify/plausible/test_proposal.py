@@ -25,8 +25,7 @@ def probability(found, what):
 
 
 @pytest.mark.parametrize(
-    ("second", "time", "angle"),
-    [(1.0, "s", "deg"), (1e3, "ms", "rad"), (1e9, "ns", "deg")],
+    ("second", "time", "angle"), [(1.0, "s", "deg"), (1e3, "ms", "rad"), (1e9, "ns", "deg")]
 )
 def test_units_of_time_and_position_are_found_without_velocities(second, time, angle):
     position = np.degrees(LOG.position) if angle == "deg" else LOG.position

@@ -123,10 +123,7 @@ def test_a_trace_is_imported_onto_the_clock_of_its_run(tmp_path, capsys):
     time = np.arange(1.0, 9.0, 0.002)
     axes = np.degrees((motion(time) - [0, 0.2]) * [1, -1])
     for axis in range(2):
-        channels = [
-            ("Istposition", "°", axes[:, axis], 1.0, 0.0),
-            ("Iststrom", "A", axes[:, axis], 1.0, 0.0),
-        ]
+        channels = [("Istposition", "°", axes[:, axis], 1.0, 0.0), ("Iststrom", "A", axes[:, axis], 1.0, 0.0)]
         trace(tmp_path / f"Lauf_NextGenDrive#{axis + 1}.dat", 0.002, channels)
     one = run(settings={"driver sign": "1 -1", "driver zero": "0 0.2 rad"})
     write_recording(one, tmp_path / "rsi.mcap")

@@ -99,12 +99,7 @@ def test_someone_elses_mcap_is_refused(tmp_path):
     ("whole", "changed", "error", "message"),
     [
         (b"format\x01\x00\x00\x001", b"format\x01\x00\x00\x009", RecordingError, "has format 9; .* reads 1"),
-        (
-            b"\x03\x00\x00\x00lz4",
-            b"\x03\x00\x00\x00lz5",
-            NotAFile,
-            "compressed by 'lz5'; valid are lz4",
-        ),
+        (b"\x03\x00\x00\x00lz4", b"\x03\x00\x00\x00lz5", NotAFile, "compressed by 'lz5'; valid are lz4"),
         (b'{"name": "weight"', b'{"nome": "weight"', NotAFile, "its description is damaged: 'name'"),
     ],
     ids=["a later format", "another compression", "a damaged explanation"],

@@ -8,14 +8,7 @@ import pytest
 
 from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.identification.effects import RigidBody
-from exidyn.identification.errors import (
-    BadTime,
-    BadUnit,
-    NotFinite,
-    NotRecorded,
-    RecordingError,
-    WrongShape,
-)
+from exidyn.identification.errors import BadTime, BadUnit, NotFinite, NotRecorded, RecordingError, WrongShape
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.effort_checks import check_alive
 from exidyn.identification.recordings.importers import import_source

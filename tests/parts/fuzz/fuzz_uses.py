@@ -12,7 +12,8 @@ from exidyn.drivers.ur_rtde.state import FIELDS, STATE, obstacle, sample_of, slo
 from exidyn.drivers.values import checked
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.fit.fit_file import read_fit
-from exidyn.identification.pages.fit_document import summary
+
+from ..small.small_fit import summary
 
 JOINTS, CYCLE = 6, 0.002
 

@@ -3,9 +3,11 @@
 from dataclasses import replace
 from functools import cache
 
+from exidyn.identification.document.text import text
 from exidyn.identification.effects import FrictionAsymmetry
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
+from exidyn.identification.pages.fit_document import fit_document
 from exidyn.identification.preparation.prepare import Prepared, prepare
 from exidyn.identification.recordings.recording import KnownPayload
 
@@ -32,3 +34,8 @@ def other_run() -> Prepared:
     known = KnownPayload("L", two_joints.MASS)
     recording = replace(loaded(known), name="new", model=fit().model)
     return prepare(recording, fit().filtering)
+
+
+def summary(fit: Fit) -> str:
+    """The page of a fit as text."""
+    return text(fit_document(fit))

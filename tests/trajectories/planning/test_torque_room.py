@@ -18,7 +18,7 @@ from ...parts.small.small_fit import plain_fit
 
 pytestmark = pytest.mark.slow
 
-WISHES = Wishes(harmonics=2, period=4.0, seconds=4.0, tick=TICK, rest=0.5)
+WISHES = Wishes(harmonics=2, period=4.0, seconds=6.2, tick=TICK, rest=0.5)
 
 
 def weak(torque=(60.0, 17.0), tolerance=0.3):

@@ -114,7 +114,12 @@ def test_a_file_cut_off_anywhere_is_refused(family):
 @pytest.mark.parametrize(
     ("found", "put", "message"),
     [
-        ("format = 1", "format = 2", "format 2; this version reads format 1; update exidyn"),
+        ("format = 1", "format = 2", "format 2; this version reads 1; update exidyn"),
+        (
+            "format = 1",
+            "format = 0",
+            "format 0; this version reads 1; write it anew with exidyn excite ROBOT",
+        ),
         ('kind = "trajectory"', 'kind = "robot"', "not a trajectory file: kind = 'robot'"),
         ('"fourier"', '"furier"', r"\[trajectory\]: family 'furier'; expected one of: chirp, fourier"),
         ('family = "fourier"', "", r"\[trajectory\]: no key 'family'; expected one of: chirp"),
