@@ -13,7 +13,7 @@ pytestmark = pytest.mark.slow
 
 WITHOUT_GUARD = """
 import exidyn as ex
-plan = ex.plan("robot.toml", search_iterations=1, seconds=3, period=3, harmonics=1)
+plan = ex.plan("robot.toml", search_iterations=1, seconds=7, period=3, harmonics=1)
 print("planned", plan.trajectory.duration > 0)
 """
 OWN_EFFECT = """
@@ -28,7 +28,7 @@ if __name__ == "__main__":
     arm = ex.robot("robot.toml")
     effects = [Grease() if type(effect) is ViscousFriction else effect for effect in arm.effects]
     arm = replace(arm, effects=tuple(effects))
-    plan = ex.plan(arm, search_iterations=1, seconds=3, period=3, harmonics=1)
+    plan = ex.plan(arm, search_iterations=1, seconds=7, period=3, harmonics=1)
     print("planned", plan.trajectory.duration > 0)
 """
 

@@ -1,4 +1,4 @@
-"""exidyn example: run the commands on a simulated arm, and compare the results with the truth."""
+"""exidyn example: run the commands on a simulated or a recorded arm, beside what is known of it."""
 
 import math
 import sys
@@ -11,8 +11,9 @@ from exidyn.identification.errors import ExidynError
 
 from ..arguments.command import Command, Option, any_number, name_lines, valid_if
 from ..arguments.options import output_option
-from ..examples import example_balancer, example_files, example_gains, example_servos
+from ..examples import example_files, example_gains, example_real, example_servos
 from ..examples.example_arm import ExampleArm, Step
+from ..examples.example_real import RecordedArm
 from . import run_command
 
 SHORTEST = 20.0
@@ -25,7 +26,7 @@ class Example(NamedTuple):
     purpose: str  # description in one line
     folder: Path  # default folder
     length: float  # default duration of each motion [s]
-    arm: Callable[[], ExampleArm]  # function that returns the true and the nominal arm
+    arm: Callable[[], ExampleArm | RecordedArm]  # function that returns the arm, which writes its files
     # Function that returns the commands for a folder, a duration [s] and a search time [s]; None for a fixed
     # number of iterations.
     steps: Callable[[Path, float, float | None], list[Step]]
@@ -37,18 +38,19 @@ NAMED = {
     "gains": Example(
         "nominal drive gains that are 10 % too large: excite, record, identify",
         Path("exidyn-example"),
-        40.0,
+        54.0,
         example_gains.arm,
         example_gains.steps,
         example_gains.outcome,
     ),
-    "balancer": Example(
-        "a spring balancer that the model lacks: excite, record, identify, diagnose, simulate, export",
-        Path("exidyn-example-balancer"),
-        30.0,
-        example_balancer.arm,
-        example_balancer.steps,
-        example_balancer.outcome,
+    "real": Example(
+        "recordings of a KUKA KR300 whose description lacks the counterbalance of joint 2: diagnose",
+        Path("exidyn-example-real"),
+        20.0,
+        example_real.RecordedArm,
+        example_real.steps,
+        example_real.outcome,
+        example_real.FILES,
     ),
     "files": Example(
         "robot.toml and log.csv of a simulated arm, to try commands on; runs nothing",
@@ -79,11 +81,11 @@ def _each(field: str) -> str:
 
 
 @Command(
-    "Run exidyn's commands on a simulated arm, and compare the results with the truth.",
+    "Run exidyn's commands on a simulated or a recorded arm, and show what is known of it.",
     (
         "exidyn example",
-        "exidyn example balancer",
-        "exidyn example balancer --commands                   # print the commands, to run them one by one",
+        "exidyn example real",
+        "exidyn example gains --commands                      # print the commands, to run them one by one",
         "exidyn example files --output .                      # robot.toml and log.csv, to try commands on",
     ),
     (

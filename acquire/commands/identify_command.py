@@ -118,8 +118,9 @@ def identify_command(args: Namespace) -> Result:
 
 
 def _next(args: Namespace, fit: Fit, file: Path) -> str:
-    """The command that tells what is missing; if no joint is above its noise floor, an export."""
-    if any(joint.state is JointState.FAR_ABOVE for joint in joint_verdicts(fit)):
+    """The command that tells what recordings show beyond the model, or an export if there is nothing."""
+    above = any(joint.state is JointState.FAR_ABOVE for joint in joint_verdicts(fit))
+    if above and not import_options(args):
         return diagnose_words(args, args.robot)
     return f"export {shlex.quote(str(file))} --to mjcf"
 

@@ -217,6 +217,7 @@ def recorded_case(args: argparse.Namespace) -> tuple[Model, list[tuple[str, Reco
 
 
 def _refuse_robot_among_runs(args: argparse.Namespace) -> None:
+    """Raise with the command to type, since --robot names the robot."""
     for path in args.runs:
         if str(path) in builtin_names() or path.suffix in (".toml", *ENDINGS):
             others = [run for run in args.runs if run != path] or [Path("RUN")]

@@ -145,4 +145,4 @@ class Document(NamedTuple):
     note: str  # one line below the title; empty for none
     sections: Sequence[Section]  # sections in reading order
     facts: Sequence[tuple[str, str]] = ()  # short labels and values at the top of the page
-    brief: Sequence[Block] = ()  # blocks of the short form: verdict and one table; empty if it has all text
+    brief: Sequence[Block] = ()  # blocks of the short form: verdict and one table

@@ -115,20 +115,21 @@ def sizes(values: np.ndarray) -> np.ndarray:
     return np.array([squares] * 6 + [np.sqrt(mass * squares)] * 3 + [mass]) + np.finfo(float).tiny
 
 
-def change_gravity(file: File, portable: Portable, edits: Edits) -> list[str]:
-    """Write gravity unless `gravcomp` or the mounting holds it; returns sentences on what is not changed."""
+def change_gravity(file: File, portable: Portable, edits: Edits) -> tuple[list[Change], list[str]]:
+    """Write gravity unless `gravcomp` or the mounting holds it; sentences say what is not changed."""
     old, new = file.nominal.robot.gravity, portable.robot.gravity
     if _same(old, new) or compensated_share(file, new) is not None:
-        return []
+        return [], []
     stated = ", ".join(f"{part:.4g}" for part in new)
     if np.any(file.compiled.body_gravcomp) or not np.allclose(old, file.compiled.opt.gravity):
-        return [f"gravity of {stated} m/s^2: the file compensates or disables it, and is not changed"]
+        return [], [f"gravity of {stated} m/s^2: the file compensates or disables it, and is not changed"]
     options = [child for child in file.elements.root.children if child.name == "option"]
     if options:
         edits.set(options[-1], gravity=number_words(new))
     else:
         edits.add_inside(file.elements.root, f"<option gravity={xml_attribute(number_words(new))}/>")
-    return []
+    tilt = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(old, new)), old @ new)))
+    return [Change("option", "gravity, angle from the file's", "deg", 0.0, tilt, np.inf)], []
 
 
 def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Change]:

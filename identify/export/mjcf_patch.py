@@ -65,7 +65,8 @@ def patch(
         *body_changes(file, wanted, spread, edits), *servo_changes(file, wanted, edits),
         *gravcomp_changes(file, wanted, edits),
     ]  # fmt: skip
-    gravity = change_gravity(file, wanted, edits)
+    gravity, unchanged = change_gravity(file, wanted, edits)
+    changes += gravity
     halfway = compile_mjcf(edits.text().decode(), folder)
     changes += keep_damping(file, halfway, written_servos(file, wanted), edits)
     new = edits.text()
@@ -77,7 +78,7 @@ def patch(
     has_servos = bool(servos(compiled, wanted.robot.joints))
     features = (*FEATURES, *elsewhere, *(("servos",) if has_servos else ()))
     missing = sentences_left_out(unwritten, spread, features)
-    return Patch(new, tuple(changes), (*below, *gravity, *altered, *kept_cogging(file, wanted), *missing))
+    return Patch(new, tuple(changes), (*below, *unchanged, *altered, *kept_cogging(file, wanted), *missing))
 
 
 def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:

@@ -15,6 +15,7 @@ from scipy.stats import chi2
 
 from ..effects import JointEffect
 from ..model import Model
+from .estimators.consistent import possible_body
 from .fit import Fit
 from .identified import Standard
 
@@ -40,6 +41,8 @@ def needed_changes(fit: Fit, standard: Standard, std: np.ndarray | None = None) 
     groups = [columns[~unknown[columns]] for columns in _groups(fit.model)]
     values, covariance = with_needed_changes(values, covariance, fit.model.nominal_values, groups)
     covariance[unknown, unknown] = np.inf
+    for body in fit.model.inertias:  # values that move with those that return may leave what is possible
+        values[body] = possible_body(values[body])
     return Standard(values, covariance)
 
 

@@ -19,7 +19,7 @@ from ..diagnosis.findings.finding import Finding
 from ..diagnosis.improved.improved import as_found, as_nominal, with_finding
 from ..diagnosis.words.sentences import sentence
 from ..model import Model
-from ..plausible.gate import doubts
+from ..plausible.gate import suspect
 from ..preparation.prepare import Filtering
 from ..progress import StageText
 from ..recordings.recording import Recording
@@ -176,12 +176,12 @@ def _diagnosed(
     fitted = [
         (role, with_servo_torque(compiled, run, joints, delay=servos.delay)) for role, run in recordings
     ]
-    diagnosis = diagnose(model, fitted, model.robot.name, filtering, progress, as_recorded)
+    diagnosis = diagnose(model, fitted, model.robot.name, filtering, progress, as_recorded, brief=True)
     return replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions)), fitted
 
 
 def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Recording]]) -> list[str]:
-    """Doubts about logs that hold commands but no effort.
+    """The doubt about logs that hold commands but no effort, if there is one.
 
     They are checked with the torque of a real servo: MuJoCo's steps change the effect of its damping so
     much that a light joint can have a negative inertia, which in a real arm would be a mistake.
@@ -189,7 +189,8 @@ def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Rec
     if not any(is_servo_error(run.settings) for _, run in recordings):
         return []
     joints = model.robot.joints
-    return doubts([with_servo_torque(compiled, run, joints, 0.0) for _, run in recordings], model)
+    suspicion = suspect([with_servo_torque(compiled, run, joints, 0.0) for _, run in recordings], model)
+    return [] if suspicion is None else [f"all runs: {suspicion}"]
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:

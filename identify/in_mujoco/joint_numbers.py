@@ -56,7 +56,10 @@ class JointNumbers:
         """Damping of servos and of joints, shape (n,) each, as near to the file as possible."""
         least = np.zeros(self.robot.dof) if self._fixed else self._damping
         of_servo = np.clip(values[DAMPING] - least, 0.0, self.law.damping)
-        return of_servo, values[DAMPING] - of_servo
+        inside = (of_servo > 0.0) & (of_servo < self.law.damping)
+        of_joint = np.where(inside, least, values[DAMPING] - of_servo)
+        same = values[DAMPING] == self.values[DAMPING]
+        return np.where(same, self.law.damping, of_servo), np.where(same, self._damping, of_joint)
 
     def set(self, model: Any, values: np.ndarray) -> None:
         """Set the numbers, shape (6, n), except delays, in a compiled model."""

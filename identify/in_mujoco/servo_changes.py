@@ -14,6 +14,8 @@ from ..text_table import NORMAL_95
 KP, KV, LIMIT, DELAY = "kp", "kv", "forcerange", "delay"
 QUANTITIES = {KP: "stiffness", KV: "damping", LIMIT: "limit", DELAY: "delay"}
 """Attribute of an MJCF -> field of `ServoLaw`."""
+BY_TORQUE = (KP, KV, LIMIT)
+"""What measured torque states; delays are those of simulations, since torque is sampled within a cycle."""
 UNITS = {KP: "N m/rad", KV: "N m s/rad", LIMIT: "N m", DELAY: "s"}
 DETERMINED = 0.1
 """Largest relative standard deviation of a stiffness that counts as determined."""
@@ -40,11 +42,10 @@ def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
     known = determined(fit)
     if not np.any(known):
         return ()
-    delay, spread = _delays(fit, known)
-    law, accuracy = replace(fit.law, delay=delay), 0.5 * ACCURACY * fit.period
+    law, accuracy = fit.law, 0.5 * ACCURACY * fit.period
     of_damping = accuracy * law.damping + UNIFORM * fit.period * law.stiffness / 4.0
     std = replace(
-        fit.std, delay=spread,
+        fit.std,
         stiffness=np.hypot(fit.std.stiffness, accuracy * law.stiffness),
         damping=np.hypot(fit.std.damping, of_damping),
     )  # fmt: skip
@@ -59,31 +60,18 @@ def determined(fit: ServoFit) -> np.ndarray:
     return np.asarray(physical & (std < DETERMINED * np.abs(stiffness)))
 
 
-def _delays(fit: ServoFit, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Delay of each joint and its standard deviation; one delay for all if they agree, as on one bus."""
-    delay, std = fit.law.delay, np.hypot(fit.std.delay, UNIFORM * fit.period)
-    weight = known / std**2
-    common = float(np.sum(weight * delay) / np.sum(weight))
-    sure = _sure(len(delay))
-    if np.all(np.abs(delay - common)[known] <= sure * std[known]):
-        scatter = float(np.std(delay[known]))
-        return np.full(len(delay), common), np.full(len(delay), np.hypot(scatter, UNIFORM * fit.period))
-    return np.where(known, delay, np.median(delay[known])), std
-
-
 def _sure(joints: int) -> float:
     """Standard deviations that no number of all servos exceeds by chance, with 95 % confidence."""
-    return float(norm.ppf(1.0 - 0.025 / (joints * len(QUANTITIES))))
+    return float(norm.ppf(1.0 - 0.025 / (joints * len(BY_TORQUE))))
 
 
 def _changes(law: ServoLaw, std: ServoLaw, file: ServoLaw, known: np.ndarray) -> Iterator[ServoChange]:
     sure = _sure(len(known))
-    for joint in range(len(known)):
-        for quantity, name in QUANTITIES.items():
+    for joint in np.flatnonzero(known).tolist():
+        for quantity in BY_TORQUE:
+            name = QUANTITIES[quantity]
             new, old, spread = (float(getattr(of, name)[joint]) for of in (law, file, std))
-            needed = NORMAL_95 if quantity == DELAY else sure
-            possible = known[joint] or quantity == DELAY
-            if possible and np.isfinite(new) and abs(new - old) > needed * spread:
+            if np.isfinite(new) and abs(new - old) > sure * spread:
                 yield ServoChange(joint, quantity, old, max(new, 0.0), NORMAL_95 * spread)
 
 

@@ -110,13 +110,8 @@ def _by_torque(
     known = JointNumbers(numbers.with_servos(changes), robot, fixed=True)
     training, judging = (replace(trial, source=known.source) for trial in (training, judging))
     result = simulated_numbers(known, training, judging, known.source.text, (KP, LIMIT))
-    # Torque is sampled somewhere within a cycle, so delays by simulation come before those of the regression.
-    later = [
-        replace(change, old=float(numbers.law.delay[change.joint]))
-        for change in known.servo_changes(result.values, result.halves)
-        if change.quantity == LATER
-    ]
-    changes = tuple({(change.joint, change.quantity): change for change in (*changes, *later)}.values())
+    simulated = known.servo_changes(result.values, result.halves)
+    changes = (*changes, *(change for change in simulated if change.quantity == LATER))
     written = numbers.with_servos(changes)
     text, joints = known.with_joints(written.text, result.values, result.halves)
     return ServoStage(written, changes, text, joints, result.values[DELAY], result.held)

@@ -143,7 +143,7 @@ class _Search:
         values, fitted, std = self._needed(values, fitted)
         halves = NORMAL_95 * std
         halves[LOGARITHMIC] *= np.where(fitted, values, 1.0)[LOGARITHMIC]
-        spread = self.fits.needed(values, free)[1][KP]
+        spread = self.fits.deviations(values, free)[KP]
         return Simulated(values, halves, self.fits.held, np.isfinite(spread) & (spread > DETERMINED))
 
     def _stage(
@@ -162,6 +162,7 @@ class _Search:
         changed = fitted & (fewer != self.file)
         fewer = self.fits.fitted(fewer, changed) if changed.any() else fewer
         more = self._worse(values, fewer)
+        std = np.where(more, self.fits.deviations(values, fitted), std) if more.any() else std
         values, fitted = np.where(more, values, fewer), np.where(more, fitted, changed)
         with np.errstate(invalid="ignore"):  # infinite limits
             alike = np.abs(to_coordinates(values) - to_coordinates(self.file)) <= NORMAL_95 * std

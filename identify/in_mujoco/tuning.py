@@ -110,19 +110,26 @@ class Tuning:
     def needed(self, values: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of which only those differ from the file that the runs require, and standard deviations.
 
-        The standard deviations are those of coordinates.
+        The standard deviations are those of coordinates, given that the other numbers are those of the file.
         """
         point, old, std = to_coordinates(values), to_coordinates(self.file), np.full(values.shape, np.inf)
         for joint, covariance in enumerate(self._covariances(point, free)):
             rows = np.flatnonzero(free[:, joint])
             if not len(rows):
                 continue
-            std[rows, joint] = np.sqrt(np.diag(covariance))
             groups = [np.array([place]) for place in range(len(rows)) if np.isfinite(old[rows[place], joint])]
             reference = np.where(np.isfinite(old[rows, joint]), old[rows, joint], 0.0)
-            point[rows, joint], _ = with_needed_changes(point[rows, joint], covariance, reference, groups)
+            point[rows, joint], given = with_needed_changes(point[rows, joint], covariance, reference, groups)
+            std[rows, joint] = np.sqrt(np.diag(given))
         values = to_values(self._bounded(point, np.zeros(point.shape)))
         return np.where(np.isclose(point, old, rtol=SAME, atol=0.0), self.file, values), std
+
+    def deviations(self, values: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Standard deviations of coordinates if all free numbers are uncertain, shape (6, n)."""
+        std = np.full(values.shape, np.inf)
+        for joint, covariance in enumerate(self._covariances(to_coordinates(values), free)):
+            std[free[:, joint], joint] = np.sqrt(np.diag(covariance))
+        return std
 
     def _covariances(self, point: np.ndarray, free: np.ndarray) -> list[np.ndarray]:
         """Covariance of the free numbers of each joint: windows are independent samples."""

@@ -73,7 +73,7 @@ def _parameters(shown: Shown) -> list[Block]:
             [f"  {parameter}", Number(q.value), Number(NORMAL_95 * q.std, 2), "" if q.unit == "1" else q.unit]
             for parameter, q in finding.determined.items()
         ]
-        reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out).values() if words]
+        reasons += [f"{name}: {words}" for words in left_out_words(finding.left_out)]
     if not rows:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))

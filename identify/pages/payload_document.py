@@ -75,7 +75,7 @@ def payload_document(result: PayloadEstimate, formats: Sequence[str] = ()) -> Do
 
 
 def _form(result: PayloadEstimate, name: str) -> list[Block]:
-    """The payload as a controller takes it, or why it cannot be written."""
+    """The payload as a controller takes it, or why it cannot be stated."""
     if obstacle := result.obstacle(name):
         return [Paragraph(obstacle)]
     title = (FORMATS[name].__doc__ or "").partition("\n")[0]

@@ -5,6 +5,10 @@ measured torque is :math:`\hat g\, i = \exp(e)\, (W \beta + P \varphi + W_c \del
 friction. The unknowns are written as mean + R z with the prior covariance :math:`R R^T`, so that z has unit
 variance.
 
+Without a fit, errors of the arm are R z over :math:`\exp(w^T e)`, with shares w of the joints that show them:
+a tolerance says nothing about gains. If errors did not scale, a gain that makes all parameters smaller would
+make their errors more probable, and masses would be too low by the square of the tolerance.
+
 Noise and model errors are colored. Weights for white noise would overrate the data several times compared
 with the prior; so each joint has the weight of its noise near zero frequency (`_slowness`). The covariance is
 the sandwich of `estimators.covariance`, from autocovariances of the residual and from the scatter between
@@ -61,7 +65,7 @@ def posterior(rows: Rows, known: Known) -> Posterior:
     measured = equations.gain * equations.current - equations.known
     n = measured.shape[1]
     z, noise = np.zeros(len(known.mean)), np.sqrt(np.mean(measured**2, axis=0))  # until the first fit
-    slow, share = np.ones(n), _share(columns, equations.weight / noise, rows.arm)
+    slow, share = np.ones(n), _share(columns, equations.weight / noise, rows.arm * known.scaled)
     for iteration in range(ITERATIONS):
         values, slope = _unscaled(z, known, share)
         jacobian = _jacobian(columns, values, n)

@@ -27,8 +27,6 @@ drives falls by half between a cold and a warm arm."""
 OFFSET_CHANGES = 0.02
 """Standard deviation of the change of current offsets between two runs, over the joint's rms torque [-]: the
 linearity of current sensors is 3 %."""
-
-
 BARE = 0.4
 """Relative standard deviation of the inertias of a description that states none [-], such as a bare URDF.
 With that of a UR10e, the empty arm appears to carry 1.0 kg; those of other arms have links that are wrong by
@@ -50,6 +48,7 @@ class Known:
 
     mean: np.ndarray  # base parameters of the arm, payload, changes, relative errors of the gains, shape (k,)
     root: np.ndarray  # matrix R with covariance R R^T, shape (k, k)
+    scaled: bool  # whether errors of the arm scale with the gains; those of a fit depend on them already
 
 
 def known_from_fit(fit: Fit, rows: Rows) -> tuple[np.ndarray, np.ndarray]:
@@ -150,6 +149,7 @@ def complete(
     values: np.ndarray,
     gain: np.ndarray,
     stated: StatedCenter | None = None,
+    scaled: bool = True,
 ) -> Known:
     """Prior of all unknowns from that of arm and gains.
 
@@ -159,6 +159,7 @@ def complete(
         values: Base parameters of the arm that give the size of changes, shape (b,).
         gain: Drive gains, shape (n,).
         stated: Known center of mass; None if it is unknown.
+        scaled: See `Known`.
     """
     mean, covariance = arm
     count, n, changes = rows.arm, len(gain), len(rows.changing)
@@ -172,7 +173,7 @@ def complete(
     full[body, body] = _payload_prior(np.diag(nominal)[body], stated)
     places = count + size + np.arange(changes)
     full[places, places] = _change(rows, values, gain) ** 2
-    return Known(full_mean, root(full))
+    return Known(full_mean, root(full), scaled)
 
 
 def _payload_prior(variance: np.ndarray, stated: StatedCenter | None) -> np.ndarray:

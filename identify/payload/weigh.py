@@ -145,7 +145,7 @@ def _estimated(
             arm = described = known_from_description(model, rows)
         values = arm[0][: rows.arm]
         stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
-        known = complete(rows, arm, values, rows.equations.gain, stated)
+        known = complete(rows, arm, values, rows.equations.gain, stated, fit is None)
         try:
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:

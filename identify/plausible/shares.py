@@ -116,8 +116,9 @@ class Columns:
 
     def _shared(self, products: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """Unknowns fitted without each block, shape (k, p)."""
-        matrix = np.tensordot(self.grams, weight, axes=(1, 0))
-        right = np.tensordot(products, weight, axes=(1, 0))
+        flat = weight @ self.grams.reshape(*self.grams.shape[:2], -1)
+        matrix = flat.reshape(-1, *self.grams.shape[2:])
+        right = weight @ products
         matrix, right = matrix.sum(axis=0) - matrix, right.sum(axis=0) - right
         return _solved(matrix, right, RIDGE * np.einsum("kpp->kp", matrix))
 

@@ -157,8 +157,8 @@ def payload_plan(
         Infeasible: No motion keeps to all limits with every payload.
     """
     arm = model if wishes.fit is None else learned(wishes.fit)
-    inside, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
-    _require(_folded(arm, payloads, wishes, inside, seed)[1], payloads)
+    limits, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
+    _require(_folded(arm, payloads, wishes, limits, seed)[1], payloads)
     for number in range(ROUNDS):
         if poses:
             motion = _poses(arm, payloads, wishes, NARROWER[number], seed)
@@ -180,7 +180,7 @@ def payload_plan(
 
 
 def _searched(arm: Model, payloads: AnyPayload, wishes: Wishes, **search: Any) -> Plan:
-    # one period, so that the motion has low frequencies too, between rests and leads
+    """The best motion of one period, so that it has low frequencies too, between rests and leads."""
     limits, _ = usable(arm.robot, wishes.margins, wishes.window, wishes.start)
     periods_of(wishes, limits)  # refuses a duration that is too short
     wishes = replace(wishes, period=wishes.period or wishes.seconds - beside_periods(wishes, limits))

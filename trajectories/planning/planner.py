@@ -191,7 +191,7 @@ def whole_run(
 ) -> Run:
     """Rest, lead-in, whole periods, lead-out, rest, with the shortest leads that keep to all limits.
 
-    Rests fill the run to the wished duration.
+    The series has a period of whole sampling periods; rests fill the run to the wished duration.
 
     Raises:
         Infeasible: No phase of the period has feasible leads within the duration.

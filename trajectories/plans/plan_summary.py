@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from exidyn.identification.document.document import (
+    Block,
     Cell,
     Document,
     Marked,
@@ -13,7 +14,7 @@ from exidyn.identification.document.document import (
     Section,
     Statements,
     Table,
-)
+)  # fmt: skip
 from exidyn.identification.text_table import UNKNOWN, digits, fixed
 
 from ..families.phases import Phases
@@ -36,7 +37,7 @@ SHARES = ("velocity", "acceleration", "jerk", "torque")
 """Limits whose safety margin is a share."""
 LENGTHS = {"position": "rad", "slide": "m"}
 """Units of the safety margins of revolute and prismatic joints."""
-PEOPLE_NEED = ("bodies", "center", "payload", "nearest")
+SAFETY_DETAILS = ("bodies", "center", "payload", "nearest")
 """Details on which the safety of a run depends."""
 DETAIL_UNITS = {"period": " s", "heaviest": " kg"}
 """Units of the details that are numbers with a unit."""
@@ -51,25 +52,21 @@ def plan_document(
     run = [f"To be run {facts['to be run']}: {facts['takes']}"]
     if reached := facts.get("goal") or facts.get("criterion"):
         run.append(f"Reached: {reached}")
-    run += [f"{name.capitalize()}: {facts[name]}" for name in PEOPLE_NEED if name in facts]
+    run += [f"{name.capitalize()}: {facts[name]}" for name in SAFETY_DETAILS if name in facts]
     sections = [
         Section("verdict", "Verdict", [Statements([*said, *remarks, *assumed], "verdict")]),
         Section("limits", "Use of the limits", [limits, *([Paragraph(apart)] if apart else [])]),
     ]
     title = f"Motion for {plan.robot}: {plan.trajectory.duration:g} s, {family_words(plan.trajectory)}"
-    return Document(
-        title, "", sections, tuple(facts.items()), [Statements([*said, *remarks, *run, *assumed]), limits]
-    )
+    brief: list[Block] = [Statements([*said, *remarks, *run, *assumed]), limits]
+    return Document(title, "", sections, tuple(facts.items()), brief)
 
 
 def _verdict(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> list[str]:
     """Limits that are exceeded, or else the largest use of one; and limits that are not known."""
+    unknown = {use.name: [plan.joints[j] for j in np.flatnonzero(np.isnan(use.share))] for use in uses}
     unlimited = [
-        f"No {use.name} limit is known for "
-        + ", ".join(plan.joints[j] for j in np.flatnonzero(np.isnan(use.share)))
-        + "."
-        for use in uses
-        if np.any(np.isnan(use.share))
+        f"No {name} limit is known for {', '.join(names)}." for name, names in unknown.items() if names
     ]
     if beyond:
         return ["Exceeds limits: do not run it.", *(f"BEYOND: {sentence}" for sentence in beyond), *unlimited]

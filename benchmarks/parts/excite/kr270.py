@@ -30,7 +30,7 @@ PAPER = {"K_r": 3.9, "K_0": 2.1}
 
 
 def optimised(length: float, seconds: float) -> Motion:
-    """Motion of a pair whose exciting part lasts at least `length`, planned in so many seconds."""
+    """Motion of a pair that lasts `length`, planned in so many seconds."""
     wishes = Wishes(focus=("gain", "Kr", "K0"), seconds=length, bodies=(known_parameters(MASS),))
     arm = read_model("kr270")
     model = replace(arm, robot=nominal().robot)  # with the catalogue's gains, as the estimator has it

@@ -41,10 +41,13 @@ SURE = 0.01
 """Probability that any parameter of a correct model leaves its tolerance by chance [-]."""
 
 
-def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Beliefs | None]:
+def search_both(
+    model: Model, runs: Sequence[Driven], brief: bool = False
+) -> tuple[SearchResult, Beliefs | None]:
     """The result with bodies as described if a few findings restore them, else that with free bodies.
 
     Beliefs are None if the description has no bodies, or if torques are in amperes, which no mass explains.
+    A brief search has one of both: where simulations of held-out runs judge, what bodies absorb is no loss.
     """
     free = Problem.of(with_tolerance(model, None), runs)
     in_amperes = runs[0].prepared.measures == "current" and np.all(model.robot.drive_gain == 1.0)
@@ -53,9 +56,11 @@ def search_both(model: Model, runs: Sequence[Driven]) -> tuple[SearchResult, Bel
     described_model = with_tolerance(model, model.robot.inertial_tolerance)
     described = free.with_priors(described_model)
     if np.all(_residual(described.without_findings) <= ALIKE * _residual(free.without_findings)):
-        result = with_shown(search(described))
+        result = with_shown(search(described, brief=brief))
         return result, _beliefs(result, described_model)
-    freely = search(free)
+    freely = search(free, brief=brief)
+    if brief:
+        return freely, _beliefs(freely, described_model)
     described = freely.problem.with_priors(described_model)
     if _may_hold(described, freely) and (chosen := _chosen(search(described, freely), freely)):
         result, without = chosen

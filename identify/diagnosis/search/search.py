@@ -46,20 +46,23 @@ class SearchResult:
         )
 
 
-def search(problem: Problem, start: SearchResult | None = None) -> SearchResult:
+def search(problem: Problem, start: SearchResult | None = None, brief: bool = False) -> SearchResult:
     """Find the effects that the model lacks.
 
     Findings are added, replaced and removed until no step makes the fitted blocks more probable. Then
     held-out runs judge the torque that the findings predict, and the search continues without those that they
     contradict.
+
+    In a brief search, each finding is replaced at most once, and held-out runs only remove.
     """
+    passes, checks = (1, 1) if brief else (PASSES, CHECKS)
     without_findings = problem.without_findings
     shapes: Shapes = start.shapes if start else {}
     selected = list(start.selected) if start else _measured_effects(problem, without_findings)
     problem = problem.with_candidates(_suggested_by_baseline(problem, without_findings))
     total, out = total_prior(problem), set[object]()
-    for _ in range(CHECKS):
-        problem, selected = _converged(problem, selected, total, shapes, out)
+    for _ in range(checks):
+        problem, selected = _converged(problem, selected, total, shapes, out, passes)
         checked = supported(problem, checked_by_held_out(problem, selected, without_findings, total))
         gone = keys_of(selected) - keys_of(checked)
         selected, out = checked, out | gone
@@ -85,11 +88,11 @@ def with_shown(result: SearchResult) -> SearchResult:
 
 
 def _converged(
-    problem: Problem, selected: list[Selected], total: float, shapes: Shapes, out: set[object]
+    problem: Problem, selected: list[Selected], total: float, shapes: Shapes, out: set[object], passes: int
 ) -> tuple[Problem, list[Selected]]:
     """Findings to which no addition, replacement or removal makes the fitted blocks more probable."""
     before, visited = list(selected), list[list[Selected]]()
-    for _ in range(PASSES):
+    for _ in range(passes):
         searched, added = with_additions(problem, selected, total, shapes, out)
         problem, added = at_own_load(searched, added)
         if problem is not searched:

@@ -75,16 +75,18 @@ def size_words(size: Size, diagnosis: Diagnosis) -> str:
     return f"{start}, its torque{against} is {joined(values)}"
 
 
-def left_out_words(left_out: Mapping[str, LeftOut]) -> dict[str, str]:
-    """Reason why a parameter is not given, as a sentence, by name; empty for coefficients of a curve."""
-    return {
-        name: "" if reason == OF_A_CURVE else f"{name} is not given because {_why(reason)}."
-        for name, reason in left_out.items()
-    }
+def left_out_words(left_out: Mapping[str, LeftOut]) -> list[str]:
+    """Why parameters are not given, a sentence for each reason; none for coefficients of a curve."""
+    reasons = dict.fromkeys(reason for reason in left_out.values() if reason != OF_A_CURVE)
+    names = [[name for name, other in left_out.items() if other == reason] for reason in reasons]
+    return [
+        f"{joined(parameters)} {'are' if parameters[1:] else 'is'} not given because {_why(reason)}."
+        for parameters, reason in zip(names, reasons, strict=True)
+    ]
 
 
 def _why(reason: LeftOut) -> str:
     if not reason.beside:
-        return "these runs do not determine it together with all other parameters"
+        return "these runs do not determine all parameters together"
     of = f" of {effect_words(reason.effect)}" if reason.effect else ""
     return f"these runs cannot separate it from {reason.beside}{of}"

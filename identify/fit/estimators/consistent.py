@@ -193,6 +193,21 @@ def pseudo_inertia(parameters: np.ndarray) -> np.ndarray:
     return pseudo
 
 
+def possible_body(parameters: np.ndarray) -> np.ndarray:
+    """Ten parameters (10,) of the nearest body with positive mass and density everywhere."""
+    pseudo = pseudo_inertia(parameters)
+    if pseudo[3, 3] <= 0.0:
+        return parameters
+    radius = np.sqrt(max(np.trace(pseudo[:3, :3]), 0.0) / pseudo[3, 3]) or 1.0
+    size = np.array([radius, radius, radius, 1.0])
+    scale = np.outer(size, size)
+    sizes, directions = np.linalg.eigh(pseudo / scale)
+    if sizes[0] >= 0.0:
+        return parameters
+    sizes = np.maximum(sizes, RESOLVED * sizes[-1])
+    return of_pseudo_inertia(scale * ((directions * sizes) @ directions.T))
+
+
 def of_pseudo_inertia(pseudo: np.ndarray) -> np.ndarray:
     """Ten parameters (10,) from a pseudo-inertia (4, 4); the inverse of `pseudo_inertia`."""
     inertia = np.trace(pseudo[:3, :3]) * np.eye(3) - pseudo[:3, :3]

@@ -66,7 +66,7 @@ def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence
     the two; else all. `numbered` are the joints that the numbers from 1 stand for, if the log states them.
     """
     having: dict[str, set[str]] = {}
-    for name in names:
+    for name in names if not _own_names(names, joints) else ():
         for pattern, place in _readings(name, joints, ()):
             if "{joint}" in pattern:
                 having.setdefault(signal_of(pattern.replace("{joint}", " ")), set()).add(joints[place])
@@ -79,8 +79,10 @@ def joints_named(names: Sequence[str], joints: Sequence[str], numbered: Sequence
 def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str] = ()) -> list[Family]:
     """Groups of columns with one column per joint, by joint names or else by consecutive numbers.
 
-    Arguments are those of `joints_named`; `joints` are all joints of the robot.
+    Arguments are those of `joints_named`; `joints` are all joints of the robot. A log with names of its own
+    for as many joints has them in the robot's order.
     """
+    joints = _own_names(names, joints) or joints
     groups = _families(names, names, joints, numbered)
     used = {place for family in groups for place in family.places}
     # Units in names differ if some joints turn and others slide.
@@ -91,6 +93,19 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
         if len({stated_unit(name)[1] for name in family.names} - {""}) > 1
     ]
     return sorted(groups + mixed, key=lambda family: min(family.places))
+
+
+def _own_names(names: Sequence[str], joints: Sequence[str]) -> list[str]:
+    """Names that a log has for the joints; empty if they are the robot's, or if no two groups share any."""
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        for match in re.finditer(r"[_./ ]", name):
+            groups.setdefault(name[: match.end()], []).append(name[match.end() :])
+    sets = [tuple(ends) for ends in groups.values() if len(ends) == len(joints) > 1]
+    shared = [ends for ends in sets if sets.count(ends) > 1 and not any(map(signal_of, ends))]
+    named = {name for name in names for pattern, _ in _readings(name, joints, ()) if "{joint}" in pattern}
+    own = [ends for ends in shared if not all(name in named for name in names if name.endswith(ends))]
+    return list(own[0]) if own else []
 
 
 def _families(

@@ -1,6 +1,8 @@
 """exidyn example: what it prints, writes and does not overwrite; its first example in full takes minutes."""
 
+import json
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import command
 from exidyn.acquire.commands.example_command import NAMED
 from exidyn.acquire.examples.example_gains import comparison
+from exidyn.acquire.examples.example_real import FILES
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.robot_files.robot_file import read_model
 
@@ -19,7 +22,7 @@ pytestmark = pytest.mark.clocked(patient=True)
 
 @pytest.mark.long
 def test_the_first_example_finds_the_truth(tmp_path, capsys):
-    assert main(["example", "--length", "20", "--output", str(tmp_path)]) == 0
+    assert main(["example", "--length", "30", "--output", str(tmp_path)]) == 0
     printed, progress = capsys.readouterr()
     assert f"exidyn identify {tmp_path}/unloaded.mcap --payload {tmp_path}/loaded.mcap --mass 175" in progress
     lines = [line.split() for line in printed.partition("Identified and true values")[2].splitlines() if line]
@@ -44,7 +47,7 @@ def test_identified_gains_stand_beside_the_true_ones():
         assert identified / true == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("name", ["gains", "balancer"])
+@pytest.mark.parametrize("name", ["gains", "real"])
 def test_commands_are_printed_as_they_would_be_run(name, tmp_path, capsys):
     folder = tmp_path / "with space"
     assert main(["example", name, "--commands", "--output", str(folder)]) == 0
@@ -53,7 +56,22 @@ def test_commands_are_printed_as_they_would_be_run(name, tmp_path, capsys):
     assert lines == [["exidyn", step.command, *step.arguments] for step in expected]
     for step in expected:
         command(step.command).parser().parse_args(step.arguments)
-    assert {"robot.toml", "truth.toml", "truth-loaded.toml"} == {path.name for path in folder.iterdir()}
+    written = {path.name for path in folder.iterdir()}
+    assert written == ({"robot.toml", "truth.toml", "truth-loaded.toml"} if name == "gains" else set(FILES))
+
+
+@pytest.mark.slow
+def test_a_real_arm_lacks_the_spring_that_its_maker_documents(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["example", "real"]) == 0
+    assert "gas counterbalance on joint 2" in capsys.readouterr().out
+    found = json.loads(Path("exidyn-example-real/exidyn-diagnosis/diagnosis.json").read_text())
+    [spring] = [each for each in found["undecided"] if each["effect"] == "joint_spring"]
+    assert spring["joints"] == [2]
+    assert spring["family_probability"] > 0.99
+    assert spring["alternatives"][0]["effect"] == "spring_balancer"
+    before, after = (found[f"torque_rms_{when}"][1] for when in ("before", "after"))
+    assert after < 0.2 * before
 
 
 def test_robot_and_log_are_what_the_commands_take(tmp_path, monkeypatch, capsys):

@@ -18,6 +18,7 @@ from exidyn.acquire.terminal.joint_units import JointUnits
 from exidyn.acquire.terminal.watch_text import json_line, line, table_lines
 from exidyn.drivers import Arm, Info
 from exidyn.drivers.errors import LinkLost
+from exidyn.identification.robot_files.robot_file import read_model
 
 from ...parts.controllers.can_peers import peer as can_peer
 from ...parts.runs.commissioning_parts import CELLS, controller_file
@@ -97,7 +98,7 @@ def test_without_a_terminal_it_is_a_line_a_reading(capsys):
 def test_the_mock_keeps_real_time_whatever_its_file_says(tmp_path):
     path = controller_file(tmp_path, "mock", {"clock": "stepped", "cycle": 0.01})
     given = watch_command.watch_command.parser().parse_args(["--controller", str(path), "--robot", "cobot"])
-    driver, _ = watch_command._driver(given, None)
+    driver, _ = watch_command._driver(given, read_model("cobot"))
     assert driver.in_real_time
 
 

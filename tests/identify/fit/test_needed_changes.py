@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from exidyn.identification.fit.estimators.consistent import of_pseudo_inertia, possible_body, pseudo_inertia
 from exidyn.identification.fit.needed_changes import with_needed_changes
 
 SINGLE = [np.array([0]), np.array([1]), np.array([2])]
@@ -38,3 +39,13 @@ def test_one_of_twenty_groups_without_changes_is_kept_by_chance_at_most():
         values, _ = with_needed_changes(rng.normal(size=20), np.eye(20), np.zeros(20), groups)
         kept += bool(np.any(values))
     assert kept < 150 * (0.05 + 3.0 * np.sqrt(0.05 * 0.95 / 150))
+
+
+def test_an_impossible_body_becomes_the_nearest_possible_one():
+    root = np.random.default_rng(0).normal(size=(4, 4)) * [0.1, 0.1, 0.1, 1.0]
+    body = of_pseudo_inertia(root.T @ root)
+    np.testing.assert_allclose(possible_body(body), body)
+    body[0] = -1e-3
+    nearest = possible_body(body)
+    assert np.linalg.eigvalsh(pseudo_inertia(body))[0] < 0.0 < np.linalg.eigvalsh(pseudo_inertia(nearest))[0]
+    assert nearest[9] == pytest.approx(body[9], rel=0.1)

@@ -52,6 +52,17 @@ def test_columns_are_grouped_by_the_names_of_joints():
     assert families([f"i{name}" for name in names], ("a", "b")) == []
 
 
+def test_a_log_may_have_names_of_its_own_for_the_joints():
+    joints, own = ("pan", "lift", "roll"), ("Rotation", "Pitch", "Roll")
+    names = ["t", *(f"{signal}_{name}" for signal in ("cmd", "q", "abs_effort") for name in own)]
+    found = families(names, joints)
+    assert [family.signal for family in found] == ["command", "position", "torque"]
+    assert found[1].names == ("q_Rotation", "q_Pitch", "q_Roll")
+    assert joints_named(names, joints) == list(joints)
+    by_joint = ["J1 Position", "J1 Torque", "J2 Position", "J2 Torque"]
+    assert families(by_joint, ("a", "b"))[0].names == ("J1 Position", "J2 Position")
+
+
 def test_numbers_stand_for_joints():
     names = ["q_0", "q_1", "i1", "i2", "ch2", "ch3", "pose1", "pose2", "pose3"]
     assert [family.names for family in families(names, ("a", "b"))] == [("q_0", "q_1"), ("i1", "i2")]
