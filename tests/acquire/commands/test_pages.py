@@ -147,10 +147,6 @@ def test_pages_are_few_and_short():
     assert sum(map(len, pages)) <= 40_000
 
 
-def test_the_first_page_shows_how_to_begin():
-    assert len([line for line in shell_lines(README) if "bin/exidyn example" in line]) == 2
-
-
 def test_every_effect_that_outputs_name_is_explained():
     text = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
     explained = re.findall(r"^\*\*(\w+)\*\*", text, re.MULTILINE)
