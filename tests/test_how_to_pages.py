@@ -24,7 +24,7 @@ BLOCK = re.compile(r"^( *)```(\w+)(?: title=\"([^\"]*)\")?\n(.*?)^ *```$", re.MU
 LONGEST = 900.0
 """Time after which a block has hung [s]."""
 PEERS = pytest.mark.clocked
-ALONE = ("csv", "gains", "payload", "compensate", "mujoco")
+ALONE = ("csv", "payload", "compensate", "mujoco")
 WITH_PEERS = ("so101", "can", "serial", "ur", "franka", "kuka")
 PAGES = {f"how-to-{name}": [PEERS] * (name in WITH_PEERS) for name in ALONE + WITH_PEERS}
 """Page -> further marks of its test: those with peers keep to the clock."""

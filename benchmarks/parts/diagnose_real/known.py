@@ -128,10 +128,7 @@ SCATTER = 0.02
 COGGING = replace(
     ripple(0, 7, 0.862, "compensation switched off; independent map", "A", SCATTER * 0.862), first=True
 )
-TWIST = (
-    "second encoder behind the gear, read 2.6 to 3.2 ms beside the first: a part of what they differ by, so "
-    "that stiffness is known within ranges only"
-)
+TWIST = "second encoder behind the gear"  # read 2.6 to 3.2 ms beside the first: stiffness has ranges only
 GEARS = (
     Known("joint_elasticity", (0,), TWIST, "stiffness undetermined"),
     Known("joint_elasticity", (1,), TWIST, "6.5e6 to 14e6 N m/rad", {"gear stiffness": (6.5e6, 14e6)}),

@@ -135,27 +135,16 @@ def test_links_between_pages_lead_somewhere(page):
             assert heading in titles
 
 
-def test_every_page_is_in_the_index():
-    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
-    for page in (ROOT / "docs").glob("*.md"):
-        assert page.name == "README.md" or f"({page.name})" in index
-
-
-def test_every_page_is_in_the_navigation_of_the_site():
-    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2]
-    listed = set(re.findall(r"[\w/-]+\.(?:md|ipynb)", navigation))
+@pytest.mark.parametrize("listing", ["docs/README.md", "mkdocs.yml"])
+def test_every_page_is_listed(listing):
+    listed = {"README.md", *re.findall(r"[\w-]+\.md", (ROOT / listing).read_text(encoding="utf-8"))}
     assert {page.name for page in (ROOT / "docs").glob("*.md")} <= listed
 
 
-def test_the_first_page_shows_what_it_is_and_how_to_begin():
-    first = ROOT / "docs" / "README.md"
-    text = first.read_text(encoding="utf-8")
-    pitch = "Find out what a robot arm's dynamics really are, from positions and motor currents"
-    assert all(pitch in page.read_text(encoding="utf-8") for page in (first, README))
-    begun = [line for line in shell_lines(README) if "bin/exidyn example" in line]
-    assert begun == [line for line in shell_lines(first) if "bin/exidyn example" in line]
-    assert len(begun) == 2
-    assert "](pictures/" in text
+def test_pages_are_few_and_short():
+    pages = [page.read_text(encoding="utf-8").split() for page in (ROOT / "docs").glob("*.md")]
+    assert len(pages) <= 26
+    assert sum(map(len, pages)) <= 40_000
 
 
 def test_every_effect_that_outputs_name_is_explained():

@@ -98,7 +98,7 @@ def test_a_bus_without_room_is_refused_with_what_to_try():
 
 
 def test_examples_in_the_handbook_are_valid():
-    text = (Path(__file__).parents[3] / "docs" / "can.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "how-to-can.md").read_text(encoding="utf-8")
     examples = [tomllib.loads(example) for example in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
     assert [example["driver"] for example in examples] == ["canopen_402", "can_mit"]
     for example in examples:
