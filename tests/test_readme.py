@@ -9,7 +9,7 @@ import exidyn as ex
 from exidyn.identification.export import FORMATS, Portable
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-LONGEST = 120
+LONGEST = 110
 """Lines of a first page that is read to its end."""
 
 

@@ -70,7 +70,7 @@ def random_problem(seed: int) -> tuple[Model, Wishes]:
     period = float(random.uniform(5.0, 12.0))
     wishes = Wishes(harmonics=int(random.integers(3, 6)), period=period, window=window, start=start, rest=0.2)
     inside, _ = usable(robot, wishes.margins, window, start)
-    wishes = replace(wishes, seconds=shortest_run(wishes, inside))
+    wishes = replace(wishes, seconds=shortest_run(wishes, inside) + 4.0)
     if seed % 4 == 0:
         floor = [{"point": "flange", "lower": [-np.inf, -np.inf, _height(model)]}]
         wishes = replace(wishes, clearances=tuple(read_regions(floor, model.robot)))

@@ -69,8 +69,8 @@ PLANNED = 8.0
 """Motions as long as this are planned to identify the parameters; shorter ones are random [s]."""
 SHARE = 0.35
 """Of the limits, in a short motion [-]: full speed would leave no time but for getting there."""
-AROUND = 4.0
-"""Of rests and leads, at most [s]."""
+AROUND = 6.5
+"""Of rests and leads of a planned motion, at most [s]."""
 REST = 0.5
 """At both ends [s]: rest shows the noise."""
 
@@ -91,7 +91,7 @@ def _random(seconds: float, arm: BenchArm) -> Trajectory:
     period = TICK * max(round((seconds - 2.0) / TICK), 50)
     sine, cosine = np.random.default_rng(0).normal(size=(2, len(arm.start), 2)) / [1.0, 2.0]
     series = inside_kinematics(Fourier(period, arm.start, sine, cosine), arm.limits, SHARE)
-    wishes = Wishes(tick=TICK, seconds=period + AROUND, start=arm.start, rest=0.1)
+    wishes = Wishes(tick=TICK, seconds=period + 2.0, start=arm.start, rest=0.1)
     return whole_run(series, arm.limits, wishes)
 
 

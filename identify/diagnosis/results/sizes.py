@@ -39,7 +39,7 @@ SIZES, SIGNED = ("smallest", "usual", "largest"), ("lowest", "middle", "highest"
 class FindingUnknowns(NamedTuple):
     """Unknowns of one finding among all unknowns."""
 
-    joint: int  # index of the joint that shows it best, from 0
+    joint: int  # index of the joint on which it acts that shows it best, from 0
     unknowns: np.ndarray  # indices of its unknowns, coefficients before shape numbers, shape (q,)
     names: tuple[str, ...]  # names of its unknowns, length q
     values: np.ndarray  # coefficients, shape (p,)
@@ -53,8 +53,11 @@ class FindingUnknowns(NamedTuple):
 def unknowns_of(result: SearchResult, spread: Spread, place: int) -> FindingUnknowns:
     """Unknowns of one finding."""
     answer, (unknowns, names) = result.selected[place].answer, spread.of(result, place)
-    values = result.prediction.values[places_of(result, place)]
-    return FindingUnknowns(answer.joint, unknowns, (*answer.candidate.names, *names), values)
+    values, acting = result.prediction.values[places_of(result, place)], answer.columns.joints
+    joint = int(
+        acting[np.argmax(answer.by_joint[acting])]
+    )  # another joint may show it better, without a torque
+    return FindingUnknowns(joint, unknowns, (*answer.candidate.names, *names), values)
 
 
 def size(result: SearchResult, spread: Spread, traces: Sequence[Trace], place: int) -> Size | None:
