@@ -38,14 +38,14 @@ def recordings_document(recordings: Sequence[Recording]) -> Document:
 
 
 def _said(recording: Recording) -> list[str]:
-    """Robot, duration, payload and origin of a recording; its end; its warnings."""
+    """Robot, duration, payload and origin of a recording; its end and warnings; its course."""
     origin = [f"driver {driver}"] if (driver := recording.settings.get("driver")) else []
     facts = [f"{recording.duration:.3f} s", f"payload {payload_words(recording)}", *origin]
     cycles = "; ".join(_cycles(recording.timing)) if recording.timing is not None else ""
-    course = (
-        " ".join(lines.split()) for lines in (cycles, *_following(recording), *_outcome(recording.outcome))
-    )
-    return [f"{recording.robot.name}: {', '.join(facts)}", *filter(None, course), *recording.warnings]
+    end = " ".join(" ".join(_outcome(recording.outcome)).split())
+    warnings = [f"warning: {warning}" for warning in recording.warnings]
+    first, course = f"{recording.robot.name}: {', '.join(facts)}", (cycles, *_following(recording))
+    return list(filter(None, (first, end, *warnings, *course)))
 
 
 def describe(recording: Recording) -> str:

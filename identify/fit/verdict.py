@@ -104,7 +104,7 @@ def joint_verdicts(fit: Fit) -> list[JointVerdict]:
 
 
 def verdict(fit: Fit) -> list[str]:
-    """Sentences, most important first: doubts about the input, joints, gains, parameters, warnings."""
+    """Sentences, most important first: doubts about the input, joints, gains, warnings, parameters."""
     joints, gains = _joints(fit), gains_sentence(fit)
     first = (gains, joints) if fit.unscaled else (joints, gains)
     suspicions = [f"{CHECK_FIRST}: {suspicion}. {UNLESS}" for suspicion in fit.suspicions]
@@ -112,12 +112,12 @@ def verdict(fit: Fit) -> list[str]:
         *suspicions,
         *open_gain_sentences(fit),
         *first,
+        *fit.warnings,
         *edit_sentences(fit),
         *_noise(fit),
         *_parameters(fit),
-        *fit.warnings,
     )
-    return list(dict.fromkeys(sentences))  # some warnings are already among the sentences
+    return list(dict.fromkeys(sentences))  # some are warnings, too
 
 
 def _noise(fit: Fit) -> list[str]:

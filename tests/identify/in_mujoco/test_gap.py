@@ -62,7 +62,7 @@ def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
         write_recording(log, f"{name}.mcap")
     arguments = ["gap", "arm.xml", "one.mcap", "--validate", "other.mcap"]
     arguments += [] if commands == "alone" else ["--commands", commands]
-    assert main([*arguments, "--json", "gap.json"]) == 0
+    assert main([*arguments, "--full", "--json", "gap.json"]) == 0
     assert "Gain by stage" in capsys.readouterr().out
     table = json.loads(Path("gap.json").read_text())
     kept = [stage["name"].split(" of ")[0] for stage in table["stages"] if stage["kept"]]

@@ -142,7 +142,7 @@ def test_gains_need_a_payload_of_known_mass(folder, capsys):
     [silent] = write(folder, replace(runs[1], payload=KnownPayload("L")))
     assert "Add --mass KG" in refused(["identify", empty, "--payload", silent], capsys)
     empty, full = write(folder, RUN, loaded())
-    assert main(["identify", empty, "--payload", full]) == 0
+    assert main(["identify", empty, "--payload", full, "--full"]) == 0
     assert "payload L" in capsys.readouterr().out
 
 

@@ -172,7 +172,7 @@ def test_a_joint_that_only_stays_behind_keeps_its_torque():
 
 def test_a_person_reads_what_followed():
     outcome, _, _ = on_the_mock("runaway joint1 2 at 0.3; deaf at 0")
-    ended, printed = run_summary.end(outcome), run_summary.after(outcome)
+    ended, printed = run_summary.end(outcome), run_summary.after(outcome, False)
     assert (ended["stop"], ended["level"]) == ("tracking error", "OFF")
     assert "; then quick: joint1" in ended["text"]
     assert "; then off: joint1" in ended["text"]
