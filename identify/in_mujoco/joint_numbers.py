@@ -58,8 +58,8 @@ class JointNumbers:
         of_servo = np.clip(values[DAMPING] - least, 0.0, self.law.damping)
         inside = (of_servo > 0.0) & (of_servo < self.law.damping)
         of_joint = np.where(inside, least, values[DAMPING] - of_servo)
-        same = values[DAMPING] == self.values[DAMPING]
-        return np.where(same, self.law.damping, of_servo), np.where(same, self._damping, of_joint)
+        unchanged = values[DAMPING] == self.values[DAMPING]
+        return np.where(unchanged, self.law.damping, of_servo), np.where(unchanged, self._damping, of_joint)
 
     def set(self, model: Any, values: np.ndarray) -> None:
         """Set the numbers, shape (6, n), except delays, in a compiled model."""

@@ -119,8 +119,8 @@ class Tuning:
                 continue
             groups = [np.array([place]) for place in range(len(rows)) if np.isfinite(old[rows[place], joint])]
             reference = np.where(np.isfinite(old[rows, joint]), old[rows, joint], 0.0)
-            point[rows, joint], given = with_needed_changes(point[rows, joint], covariance, reference, groups)
-            std[rows, joint] = np.sqrt(np.diag(given))
+            point[rows, joint], after = with_needed_changes(point[rows, joint], covariance, reference, groups)
+            std[rows, joint] = np.sqrt(np.diag(after))
         values = to_values(self._bounded(point, np.zeros(point.shape)))
         return np.where(np.isclose(point, old, rtol=SAME, atol=0.0), self.file, values), std
 

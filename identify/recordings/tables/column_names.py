@@ -104,8 +104,8 @@ def _own_names(names: Sequence[str], joints: Sequence[str]) -> list[str]:
     sets = [tuple(ends) for ends in groups.values() if len(ends) == len(joints) > 1]
     shared = [ends for ends in sets if sets.count(ends) > 1 and not any(map(signal_of, ends))]
     named = {name for name in names for pattern, _ in _readings(name, joints, ()) if "{joint}" in pattern}
-    own = [ends for ends in shared if not all(name in named for name in names if name.endswith(ends))]
-    return list(own[0]) if own else []
+    others = [ends for ends in shared if not all(name in named for name in names if name.endswith(ends))]
+    return list(others[0]) if others else []
 
 
 def _families(
