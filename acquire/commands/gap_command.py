@@ -109,15 +109,7 @@ def gap_command(args: Namespace) -> Result:
         if args.kp:
             source = controlled(source, model.robot, args.kp, args.kd or [0.0])
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
-        result = gap(
-            source,
-            model,
-            runs,
-            args.commands or "",
-            filtering,
-            progress,
-            args.as_recorded,
-        )
+        result = gap(source, model, runs, args.commands or "", filtering, progress, args.as_recorded)
     written = _write(result, args, original)
     table = _table(result, written)
     report = args.output / "report.html"

@@ -135,26 +135,31 @@ class _Search:
             kept = self._better(values, version) | harmless
             values, fitted = np.where(kept, version, values), np.where(kept, rows, fitted)
         self.fits = replace(self.fits, expected=common if alike else self.file)
-        values, fitted = self._stage(values, values, fitted, free)
+        values, fitted, alone = self._stage(values, values, fitted, free)
         if LIMIT not in self.known:
             start, reached = self._with_limits(values)
-            values, fitted = self._stage(start, values, fitted, self._rows(LIMIT) & reached)
-            values, fitted = self._stage(values, values, fitted, (free | self._rows(LIMIT)) & fitted[LIMIT])
+            values, fitted, _ = self._stage(start, values, fitted, self._rows(LIMIT) & reached)
+            limited = (free | self._rows(LIMIT)) & fitted[LIMIT]
+            values, fitted, _ = self._stage(values, values, fitted, limited)
         values, fitted, std = self._needed(values, fitted)
         halves = NORMAL_95 * std
         halves[LOGARITHMIC] *= np.where(fitted, values, 1.0)[LOGARITHMIC]
         spread = self.fits.deviations(values, free)[KP]
-        return Simulated(values, halves, self.fits.held, np.isfinite(spread) & (spread > DETERMINED))
+        uncertain = np.isfinite(spread) & (spread > DETERMINED)
+        # Or left as in the file, though the training runs ask for another stiffness.
+        far = np.abs(alone[KP] - self.file[KP]) > DETERMINED * self.file[KP]
+        uncertain |= free[KP] & far & (values[KP] == self.file[KP])
+        return Simulated(values, halves, self.fits.held, uncertain)
 
     def _stage(
         self, start: np.ndarray, values: np.ndarray, fitted: np.ndarray, free: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of each joint by itself, for joints whose other windows get better."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers of each joint by itself where its other windows get better, and those that were tried."""
         if not free.any():
-            return values, fitted
+            return values, fitted, values
         new = self.fits.fitted(start, free)
         kept = self._better(values, new)
-        return np.where(kept, new, values), np.where(kept, fitted | free, fitted)
+        return np.where(kept, new, values), np.where(kept, fitted | free, fitted), new
 
     def _needed(self, values: np.ndarray, fitted: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers without changes that the runs do not require, which of them differ, and deviations."""

@@ -15,8 +15,8 @@ STATED = (
     "payload determines them: --payload RUN --mass KG."
 )
 UNDETERMINED = (
-    "kp of {} cannot be determined from these runs to 10 %: friction exceeds the torque of the bodies there. "
-    "Its friction and damping hold for this kp only."
+    "kp of {} cannot be determined from these runs to 10 %: friction exceeds the torque of the bodies there, "
+    "or the validation runs follow no other kp better. Its friction and damping hold for this kp only."
 )
 IDENTIFIED = "All identified numbers belong to the identified gains."
 SIMULATED = " Only the original file is simulated with the stated gains."

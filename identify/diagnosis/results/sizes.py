@@ -54,9 +54,8 @@ def unknowns_of(result: SearchResult, spread: Spread, place: int) -> FindingUnkn
     """Unknowns of one finding."""
     answer, (unknowns, names) = result.selected[place].answer, spread.of(result, place)
     values, acting = result.prediction.values[places_of(result, place)], answer.columns.joints
-    joint = int(
-        acting[np.argmax(answer.by_joint[acting])]
-    )  # another joint may show it better, without a torque
+    # Another joint may show it better, without a torque of it.
+    joint = int(acting[np.argmax(answer.by_joint[acting])])
     return FindingUnknowns(joint, unknowns, (*answer.candidate.names, *names), values)
 
 

@@ -80,9 +80,10 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
     """Groups of columns with one column per joint, by joint names or else by consecutive numbers.
 
     Arguments are those of `joints_named`; `joints` are all joints of the robot. A log with names of its own
-    for as many joints has them in the robot's order.
+    for as many joints has them in an unknown order, as if they were numbers.
     """
-    joints = _own_names(names, joints) or joints
+    own = _own_names(names, joints)
+    joints = own or joints
     groups = _families(names, names, joints, numbered)
     used = {place for family in groups for place in family.places}
     # Units in names differ if some joints turn and others slide.
@@ -92,17 +93,20 @@ def families(names: Sequence[str], joints: Sequence[str], numbered: Sequence[str
         for family in _families(names, bare, joints, numbered)
         if len({stated_unit(name)[1] for name in family.names} - {""}) > 1
     ]
-    return sorted(groups + mixed, key=lambda family: min(family.places))
+    found = sorted(groups + mixed, key=lambda family: min(family.places))
+    return [family._replace(by_name=False) for family in found] if own else found
 
 
 def _own_names(names: Sequence[str], joints: Sequence[str]) -> list[str]:
-    """Names that a log has for the joints; empty if they are the robot's, or if no two groups share any."""
+    """Names that a log has for the joints, of positions and other signals; empty if they are the robot's."""
     groups: dict[str, list[str]] = {}
     for name in names:
         for match in re.finditer(r"[_./ ]", name):
             groups.setdefault(name[: match.end()], []).append(name[match.end() :])
-    sets = [tuple(ends) for ends in groups.values() if len(ends) == len(joints) > 1]
-    shared = [ends for ends in sets if sets.count(ends) > 1 and not any(map(signal_of, ends))]
+    sets = {begin: tuple(ends) for begin, ends in groups.items() if len(ends) == len(joints) > 1}
+    positions = [ends for begin, ends in sets.items() if signal_of(begin) == "position"]
+    each = [*sets.values()]
+    shared = [ends for ends in positions if each.count(ends) > 1 and not any(map(signal_of, ends))]
     named = {name for name in names for pattern, _ in _readings(name, joints, ()) if "{joint}" in pattern}
     others = [ends for ends in shared if not all(name in named for name in names if name.endswith(ends))]
     return list(others[0]) if others else []

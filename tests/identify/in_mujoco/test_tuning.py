@@ -33,8 +33,7 @@ def test_a_number_that_is_not_needed_returns_and_the_others_stay_certain():
     """Each of two numbers that show alike is uncertain as long as the other one is."""
     true, free = FILE.copy(), np.isin(np.arange(6), (KP, DRY))[:, None]
     true[KP] *= 0.97
-    ones = np.ones(FILE.shape)
-    tuning = Tuning(Linear(true, 0), FILE, ones, 1e-6 * ones)
+    tuning = Tuning(Linear(true, 0), FILE, np.ones(FILE.shape), np.full(FILE.shape, 1e-6))
     values = tuning.fitted(FILE, free)
     needed, std = tuning.needed(values, free)
     assert needed[DRY] == FILE[DRY]

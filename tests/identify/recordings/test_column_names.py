@@ -55,9 +55,10 @@ def test_columns_are_grouped_by_the_names_of_joints():
 def test_a_log_may_have_names_of_its_own_for_the_joints():
     joints, own = ("pan", "lift", "roll"), ("Rotation", "Pitch", "Roll")
     names = ["t", *(f"{signal}_{name}" for signal in ("cmd", "q", "abs_effort") for name in own)]
-    found = families(names, joints)
-    assert [family.signal for family in found] == ["command", "position", "torque"]
-    assert found[1].names == ("q_Rotation", "q_Pitch", "q_Roll")
+    found = [(family.signal, family.by_name) for family in families(names, joints)]
+    assert found == [("command", False), ("position", False), ("torque", False)]  # in an unknown order
+    forces = [f"{where}_{axis}" for where in ("force", "bias") for axis in "xyz"]
+    assert families([*forces, "q1", "q2", "q3"], joints)[-1].names == ("q1", "q2", "q3")
     assert joints_named(names, joints) == list(joints)
     by_joint = ["J1 Position", "J1 Torque", "J2 Position", "J2 Torque"]
     assert families(by_joint, ("a", "b"))[0].names == ("J1 Position", "J2 Position")
