@@ -118,7 +118,7 @@ class Stopwatch:
     def _line(self, now: float) -> str:
         """The line of progress, cut to the width of the terminal."""
         done, remaining = self.time_left(now)
-        left = f"about {timedelta(seconds=round(remaining))} left" if math.isfinite(remaining) else ""
-        words = filter(None, [f"{100.0 * done:.0f} %" if done else "", left, self._sentence])
+        ending = f"about {timedelta(seconds=round(remaining))} left" if math.isfinite(remaining) else ""
+        words = filter(None, [f"{100.0 * done:.0f} %" if done else "", ending, self._sentence])
         # 80 columns if the terminal does not state its size
         return f"{now - self._start:6.1f} s  {', '.join(words)}"[: shutil.get_terminal_size().columns - 1]

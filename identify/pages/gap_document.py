@@ -26,7 +26,7 @@ from ..in_mujoco.judge import ON_AXIS, Gain
 from ..in_mujoco.replay import POSITION
 from ..text_table import digits
 from .diagnosis_plots import KEYS
-from .gap_numbers import changed_numbers, drive_gains, servos
+from .gap_numbers import UNDETERMINED, changed_numbers, drive_gains, servos
 from .svg import Panel, Span
 
 AS_IT_WAS = "original file"
@@ -107,8 +107,10 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     compared = Compared.of(gap)
     longest = f"After {gap.horizons[-1]:g} s, {compared.name} of the simulation"
     original = f"{longest} deviates by {compared.far(gap.original)} from the real arm with the original file"
+    uncertain = ", ".join(gap.diagnosis.joints[joint] for joint in gap.undetermined)
+    doubts = [UNDETERMINED.format(uncertain)] if uncertain else []
     if not gap.changed:
-        return [original, _why_nothing(gap, compared)]
+        return [original, _why_nothing(gap, compared), *doubts]
     statements = [f"{original}, by {compared.far(gap.file.distances)} with the improved file by itself"]
     if gap.attached.attaches:
         statements.append(
@@ -120,6 +122,7 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
     ):
         names = [stage.name for stage in gap.stages if stage.gain is gain and not stage.reason]
         statements += [f"{words}: {joined(names)}"] if names else []
+    statements += doubts
     statements += [f"{name} keeps an error of {error}, {ratio:.0f} times the others, which nothing explains"
                    for name, error, ratio in _unexplained(gap)]  # fmt: skip
     if written.file:
@@ -236,11 +239,12 @@ def _trace_plot(gap: Gap, joint: int, unit: str) -> str:
     run = gap.runs[0]
     shown = slice(0, int(np.searchsorted(run.time, run.time[0] + LONGEST)))
     time, real = run.time[shown], run.position[shown, joint]
-    reach = 1e3 * float(np.ptp(real)) or 1e3  # a diverging line is cut off
-    lines = [
-        np.clip(1e3 * (distances.traces[0][shown, joint] - real), -reach, reach)
-        for distances in (gap.original, gap.attached.distances)
-    ]
+    simulated = [distances.traces[0][shown, joint] for distances in (gap.original, gap.attached.distances)]
+    errors = [1e3 * (trace - real) for trace in simulated]
+    # A diverging line is cut off, but none within the motion, nor the nearer of the two.
+    nearer = min(float(np.max(np.abs(each))) for each in errors)
+    reach = max(1e3 * float(np.ptp(real)), 2.0 * nearer if np.isfinite(nearer) else 0.0) or 1e3
+    lines = [np.clip(each, -reach, reach) for each in errors]
     panel = Panel.single(Span.around(time, margin=0.0), Span.around(*lines))
     title = f"{run.name}, {gap.diagnosis.joints[joint]}: simulated minus recorded"
     drawn = [panel.line(time, line, f"{style} thin") for line, (style, _) in zip(lines, KEYS, strict=True)]

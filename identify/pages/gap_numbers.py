@@ -16,7 +16,7 @@ STATED = (
 )
 UNDETERMINED = (
     "kp of {} cannot be determined from these runs to 10 %: friction exceeds the torque of the bodies there, "
-    "or the validation runs follow no other kp better. Its friction and damping hold for this kp only."
+    "or the validation runs follow no other kp better. Its friction and damping hold for this kp only"
 )
 IDENTIFIED = "All identified numbers belong to the identified gains."
 SIMULATED = " Only the original file is simulated with the stated gains."
@@ -51,11 +51,7 @@ def servos(gap: Gap) -> list[Block]:
         for change in gap.servos
     ]  # fmt: skip
     head = ["joint", "servo", "unit", "file", "identified", "± 95 %"]
-    blocks: list[Block] = [Table(head, rows, words=(1, 2))] if rows else []
-    if gap.undetermined:
-        names = ", ".join(gap.diagnosis.joints[joint] for joint in gap.undetermined)
-        blocks.append(Paragraph(UNDETERMINED.format(names)))
-    return blocks
+    return [Table(head, rows, words=(1, 2))] if rows else []
 
 
 def changed_numbers(gap: Gap) -> list[Block]:
