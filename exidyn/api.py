@@ -137,7 +137,7 @@ def plan(
 
     Args:
         robot: The arm.
-        seconds: Duration of the exciting part, rounded up to full periods [s].
+        seconds: Duration of the whole run, with rests and leads [s].
         criterion: Name of the criterion; by default the condition number, with `bodies` the drive gains, and
             with `fit` the worst relative standard deviation.
         fit: Fit of earlier runs.
@@ -151,7 +151,7 @@ def plan(
         harmonics: Number of harmonics of each joint.
         period: Base period [s]; several are tried by default.
         tick: Sampling period of the controller [s].
-        rest: Rest at both ends [s].
+        rest: Least rest at each end [s].
         search_seconds: Duration of the search [s].
         search_iterations: Iterations of each start of the search. They replace `search_seconds`, so that a
             slow or busy computer plans the same motion.

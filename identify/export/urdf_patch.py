@@ -1,6 +1,6 @@
 """Patch of the user's URDF: identified numbers are written, and every other byte stays the same.
 
-Links that are fixed to the one that a joint moves keep their inertia, as in `mjcf_bodies`. The arm that is
+Fixed links keep their inertia, as in `mjcf_bodies`; only the link that a joint moves changes. The arm that is
 read from the new text is compared with the identified one before it is returned.
 """
 
