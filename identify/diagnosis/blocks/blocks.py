@@ -82,11 +82,11 @@ class BlockRows:
 
     def plus(self, rows: Rows, count: int) -> "BlockRows":
         """The rows with more unknowns after the first `count`, which these rows contain."""
-        acting, columns = [], []
+        acting, columns, added = [], [], rows.columns_at(np.arange(count, len(rows.std)))
         for joint, present in enumerate(self.columns):
-            places = count + np.flatnonzero(np.any(rows.columns[:, joint, count:], axis=0))
-            new = rows.columns[:, joint, places] * rows.weight[:, joint, None]
-            acting.append(np.append(self.acting[joint], places))
+            places = np.flatnonzero(np.any(added[:, joint], axis=0))
+            new = added[:, joint, places] * rows.weight[:, joint, None]
+            acting.append(np.append(self.acting[joint], count + places))
             columns.append(np.concatenate([present, _padded(self.inside, new)], axis=2))
         return replace(self, acting=acting, columns=columns)
 

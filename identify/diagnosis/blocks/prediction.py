@@ -174,7 +174,7 @@ class Prediction:
     @cached_property
     def limited_size(self) -> np.ndarray:
         """RMS torque over all rows per unit of the unknowns that physics limits, shape (l,)."""
-        return rms_torque(self.rows.columns[:, :, self.rows.limited])
+        return rms_torque(self.rows.columns_at(self.rows.limited))
 
     @cached_property
     def root_without(self) -> np.ndarray:

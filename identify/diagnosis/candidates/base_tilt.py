@@ -134,7 +134,7 @@ class _Fields:
         )
         rows = self.upright.rows
         all_columns = np.concatenate([columns, rows.columns[:, :, columns.shape[2] :]], axis=2)
-        rows = replace(rows, columns=all_columns, difference=difference)
+        rows = replace(rows, parts=(all_columns,), difference=difference)
         return Prediction.of(rows, self.upright.blocks, self.upright.rate)
 
     def log_probability(self, direction: np.ndarray) -> float:

@@ -126,7 +126,7 @@ def _twist_rows(prediction: Prediction, runs: Sequence[Driven]) -> Rows:
         prediction.rows.runs,
         np.where(measured, twist, 0.0),
         prediction.rows.weight * measured,
-        columns,
+        (columns,),
         tuple(f"twist{place}" for place in range(count)),
         std=np.full(count, np.inf),
         mean=np.zeros(count),

@@ -74,6 +74,7 @@ def ripples(model: Model, prediction: Prediction, runs: Sequence[Driven]) -> Ite
                 "among": among,
                 "bounds": {"harmonic": Shape("1", harmonic - step, harmonic + step)},
                 "kind": f"wave {round(harmonic / step)}",
+                "span": LOWEST * 2 * np.pi / waves,
             }
 
             def of_peak(candidate: Candidate, effect: Effect, known: Mapping[str, Any] = known) -> Candidate:

@@ -109,7 +109,7 @@ class Thinned:
         dof = runs[0].torque.shape[1]
         joints = np.array(range(dof) if candidate.rows is None else candidate.rows)
         nothing = cls(joints[:0], np.zeros((0, 0, 0)), np.zeros(0), np.zeros(0))
-        if candidate.span and _span(candidate, runs) < candidate.span:
+        if candidate.span and covered_range(candidate, runs) < candidate.span:
             return nothing
         try:
             sampled = [run.coarse if candidate.smooth else run for run in runs]
@@ -155,7 +155,7 @@ def _of_joints(columns: np.ndarray, joints: np.ndarray) -> np.ndarray:
     return columns if len(joints) == columns.shape[1] else columns[:, joints]
 
 
-def _span(candidate: Candidate, runs: Sequence[Driven]) -> float:
+def covered_range(candidate: Candidate, runs: Sequence[Driven]) -> float:
     """Range of its first joint's position over all runs [rad]; infinite without a joint."""
     if not candidate.joints:
         return float("inf")

@@ -124,7 +124,10 @@ def _pushes(
     places = [place for place in most if rows.names[place] in candidate.varies]
     if not places or rows.names[places[0]] != candidate.varies[0]:
         return False  # the model has no dry friction here that could be less
-    sign, torque = rows.columns[:, joint, places[0]], columns.values[:, columns.joints == joint]
+    sign, torque = (
+        rows.columns_at(np.array(places[:1]))[:, joint, 0],
+        columns.values[:, columns.joints == joint],
+    )
     slides = np.abs(sign) > SLIDING * np.max(np.abs(sign), initial=0.0)
     lowest = np.min((torque[:, 0] @ coefficients)[slides] / sign[slides], initial=0.0)
     return bool(sum(most[place] for place in places) - rows.lower[places[0]] < (FORMULA - 1.0) * lowest)

@@ -6,7 +6,7 @@ If nothing of this kind fits, or if each joint fits by itself but not together w
 units, geometry or clocks are wrong, or an effect is missing that no hypothesis describes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +15,18 @@ from ...plausible.adequacy import failing_joints, pooled_share
 from ...positive_definite import solve
 from ..blocks.prediction import UNKNOWN, Prediction, factored
 from ..findings.adequacy import Adequacy, Misfit
+from ..questions.candidate import Candidate, covered_range
+from ..runs.driven import Driven
 from ..search.problem import Problem
 from ..search.search import SearchResult
 
 OWN = 1e-3
 """Weight of the shared parameters as a prior of separate ones, relative to the data [-]: it matters only in
 directions that one joint hardly determines."""
+SPANS = 10.0
+"""Range of a joint, relative to the smallest that shows an effect, above which no error of columns, units or
+geometry imitates it [-]: torque of bodies has at most two waves a turn, and so has what such an error makes
+of it, while the effect has a dozen within the range."""
 CONCENTRATED = 3.0
 """Residual of a block over that of the joint's median block from which on the misfit is in this block [-]."""
 
@@ -30,7 +36,8 @@ def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
 
     One finding may make a joint fit that failed by far, without making another fail. If it takes several,
     they imitate what none of them describes, and the joint fails all the same. All joints share the bodies:
-    if one joint still fails, so do all that failed before.
+    if one joint still fails, so do all that failed before. A finding that no such error imitates is named all
+    the same.
     """
     problem, answers = result.problem, [finding.answer for finding in result.selected]
     final, before = adequacy(problem, result.prediction), adequacy(problem, result.without_findings)
@@ -42,9 +49,14 @@ def gated(result: SearchResult) -> tuple[SearchResult, Adequacy]:
     more = set(before.failing) - set(final.failing) if imitated or final.failing else set()
     misfits = (*final.misfits, *(misfit for misfit in before.misfits if misfit.joint in more))
     final = replace(final, failing=tuple(sorted({*final.failing, *more})), misfits=misfits)
-    fits = [not final.fails(answer.candidate.joints) for answer in answers]
+    fits = [not final.fails(a.candidate.joints) or _fine(a.candidate, problem.fitted) for a in answers]
     selected = (finding._replace(fits=fit) for finding, fit in zip(result.selected, fits, strict=True))
     return replace(result, selected=tuple(selected)).ordered(), final
+
+
+def _fine(candidate: Candidate, runs: Sequence[Driven]) -> bool:
+    """Whether an effect repeats so often within a joint's range that no torque of bodies resembles it."""
+    return bool(candidate.span) and covered_range(candidate, runs) > SPANS * candidate.span
 
 
 def adequacy(problem: Problem, prediction: Prediction) -> Adequacy:

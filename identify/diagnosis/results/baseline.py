@@ -39,7 +39,7 @@ def _of_model(rows: Rows, count: int) -> Rows:
     names = rows.names
     places = [place for place, name in enumerate(names) if place < count or name.startswith(GAIN)]
     fields = {name: getattr(rows, name)[places] for name in ("std", "mean", "lower", "bounded")}
-    return replace(rows, columns=rows.columns[:, :, places], names=tuple(names[k] for k in places), **fields)
+    return replace(rows, parts=(rows.columns[:, :, places],), names=tuple(names[k] for k in places), **fields)
 
 
 def _weighted(start: Prediction, rows: Rows, sums: BlockRows) -> Prediction:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -24,7 +25,7 @@ class Rows:
     runs: tuple[slice, ...]  # rows of each run
     difference: np.ndarray  # measured minus nominal torque, shape (r, n) [N m]
     weight: np.ndarray  # 0 where a joint sticks, else 1, shape (r, n)
-    columns: np.ndarray  # torque per unit of each unknown, shape (r, n, b)
+    parts: tuple[np.ndarray, ...]  # torque per unit of each unknown, shapes (r, n, p), b unknowns in all
     names: tuple[str, ...]  # names of the unknowns
     std: np.ndarray  # prior standard deviation, (b,); infinite without a prior
     mean: np.ndarray  # prior mean, (b,); not zero for findings of known size
@@ -41,6 +42,19 @@ class Rows:
         motors = np.setdiff1d(np.arange(len(variance)), self.passive)
         largest = np.max(variance[motors], initial=0.0)
         return np.where(np.isin(np.arange(len(variance)), motors), variance, np.maximum(variance, largest))
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """Torque per unit of each unknown, shape (r, n, b); a copy, which takes as long as a fit."""
+        return np.concatenate(self.parts, axis=2) if len(self.parts) > 1 else self.parts[0]
+
+    def columns_at(self, places: np.ndarray) -> np.ndarray:
+        """Columns of some unknowns, whose indices (p,) ascend, shape (r, n, p)."""
+        ends = np.cumsum([part.shape[2] for part in self.parts])
+        within = np.searchsorted(ends, places, side="right")
+        each = enumerate(zip(self.parts, ends, strict=True))
+        chosen = [part[:, :, places[within == k] - end + part.shape[2]] for k, (part, end) in each]
+        return np.concatenate(chosen, axis=2)
 
     @property
     def limited(self) -> np.ndarray:
@@ -59,7 +73,7 @@ class Rows:
         """Rows with p more unknowns: columns (r, n, p), prior standard deviations, means and limits."""
         return replace(
             self,
-            columns=np.concatenate([self.columns, columns], axis=2),
+            parts=(*self.parts, columns),
             names=(*self.names, *names),
             std=np.concatenate([self.std, std]),
             mean=np.concatenate([self.mean, np.zeros(len(std)) if mean is None else mean]),
@@ -90,7 +104,7 @@ def model_rows(model: Model, runs: Sequence[Driven], values: np.ndarray | None =
         slices(runs),
         np.concatenate(difference),
         np.concatenate([run.prepared.weight for run in runs]),
-        np.concatenate(columns),
+        (np.concatenate(columns),),
         tuple(model.names),
         np.array([prior.std for prior in model.priors]),
         np.zeros(len(model.names)),

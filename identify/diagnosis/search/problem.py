@@ -105,7 +105,7 @@ class Problem:
     blocks: Blocks  # pieces of the runs
     base: Rows  # rows with the unknowns of the model alone
     rows: Rows  # rows with nuisances too
-    candidates: Pairs  # all candidates that do not depend on the residual, at the load of the first fit
+    candidates: Pairs  # all candidates that do not depend on the residual, at the load where last formed
     known: Known  # fit from which the torque and the load of any run follow
     flange_torques: tuple[FlangeTorque, ...]  # motor torque per unit of force on the flange, for each run
     moved: bool = False  # whether the load differs from that of the first fit
@@ -162,10 +162,19 @@ class Problem:
 
     def pairs(self, wanted: Callable[[Candidate, np.ndarray], bool]) -> Pairs:
         """Candidates that `wanted` accepts, given the candidate and its joints, with columns at the load."""
-        pairs = [pair for pair in self.candidates if wanted(pair[0], pair[1].joints)]
+        return self.at_load([pair for pair in self.candidates if wanted(pair[0], pair[1].joints)])
+
+    def at_load(self, pairs: Pairs) -> Pairs:
+        """The pairs with columns at the load of these runs."""
         if not self.moved:
             return pairs
         return [(candidate, self.columns_at_load(candidate, columns)) for candidate, columns in pairs]
+
+    @property
+    def latest(self) -> Pairs:
+        """All candidates with the columns that were formed last, at this load or an earlier one."""
+        pairs = ((candidate, columns, self.formed.get(candidate)) for candidate, columns in self.candidates)
+        return [(c, columns if here is None or here.empty else here) for c, columns, here in pairs]
 
     @property
     def fitted(self) -> tuple[Driven, ...]:
@@ -270,7 +279,9 @@ class Problem:
         rows = with_nuisances(base, self.model, runs, known.values)
         rows = replace(rows, weight=self.rows.weight)
         caches: dict[str, Any] = {"formed": WeakKeyDictionary(), "suggested": {}}
-        moved = replace(self, runs=runs, base=base, rows=rows, moved=True, known=known, **caches)
+        moved = replace(
+            self, runs=runs, base=base, rows=rows, candidates=self.latest, moved=True, known=known, **caches
+        )
         return moved, fresh
 
 
@@ -287,7 +298,6 @@ def with_findings(
         return rows
     joints, of_curves = rows.difference.shape[1], [name for names, _, _ in curves for name in names]
     of_findings = [(answer.candidate.effect, name) for answer in findings for name in answer.candidate.names]
-    # All at once: a copy of all columns takes as long as a fit.
     return rows.plus(
         [*of_curves, *map(" ".join, of_findings)],
         np.concatenate(

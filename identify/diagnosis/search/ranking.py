@@ -1,7 +1,8 @@
 """Ranking: every hypothesis in its best shape given the findings, most probable first."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from heapq import nlargest
 
 import numpy as np
 
@@ -12,11 +13,13 @@ from ..questions.candidate import Candidate
 from ..questions.comparison import competing, equally_weighted
 from ..questions.question import ask
 from ..questions.shape import refined
-from .problem import Problem
+from .problem import Pairs, Problem
 from .selected import Selected, keys_of
 
 COLORED = 14
 """Number of top hypotheses whose answers account for the autocorrelation of the residual."""
+FORMED = 2 * COLORED
+"""Number of top hypotheses whose columns are formed at the present load."""
 REFINE = 3
 """Number of top hypotheses whose shape is refined, and of those that only their grid shape excludes."""
 NEAR = 0.5
@@ -49,30 +52,52 @@ def ranked(
         fresh = candidate.key not in present_keys and not candidate.covered(present)
         return fresh and not allowed.isdisjoint(acting)
 
-    pairs = problem.pairs(wanted)
-    for kind in KINDS.values():
-        suggested = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
-        pairs += [
-            (candidate, problem.columns_of(candidate))
-            for candidate in suggested
-            if wanted(candidate, candidate.joints)
-        ]
-    earlier = [answer for answer in shapes.values() if wanted(answer.candidate, answer.columns.joints)]
-    answers = ask(prediction, pairs, strange=True)
+    known = [answer for answer in shapes.values() if wanted(answer.candidate, answer.columns.joints)]
+    earlier = [answer for answer in known if not answer.strange]
+    pairs, answers = _asked(problem, prediction, wanted)
     strange = [answer for answer in _by_hypothesis(answers) if answer.strange]
     best = [*_by_hypothesis([answer for answer in answers if not answer.strange]), *strange]
     best = _with_known_shapes(best, _in_same_shapes(problem, prediction, earlier))
     top = sorted(equally_weighted(prediction, best[:COLORED]), key=lambda answer: -answer.gain)
-    for place in _worth_refining(top, [answer.candidate for answer in earlier]):
+    for place in _worth_refining(top, known):
         candidate = top[place].candidate
         grid = [pair for pair in pairs if pair[0].key == candidate.key]
         fine = refined(prediction, top[place], problem.runs, grid if candidate.among == 1 else ())
-        top[place] = fine
-        if not fine.strange:
-            shapes[candidate.key] = fine
+        top[place] = shapes[candidate.key] = fine
     ranking = sorted([*top, *best[COLORED:]], key=lambda answer: -answer.gain)
     first = {answer.candidate.key: answer for answer in reversed(ranking) if not answer.strange}
     return [answer for answer in ranking if first.get(answer.candidate.key) is answer]
+
+
+def _asked(
+    problem: Problem, prediction: Prediction, wanted: Callable[[Candidate, np.ndarray], bool]
+) -> tuple[Pairs, list[Answer]]:
+    """Candidates that `wanted` accepts, and their answers.
+
+    A load changes little from one finding to the next, and columns of gears take long. So columns at an
+    earlier load rank all hypotheses, and only those of the first are formed again.
+    """
+    listed = [pair for pair in problem.latest if wanted(pair[0], pair[1].joints)]
+    pairs = list(listed)
+    for kind in KINDS.values():
+        suggested = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
+        found = [candidate for candidate in suggested if wanted(candidate, candidate.joints)]
+        pairs += [(candidate, problem.columns_of(candidate)) for candidate in found]
+    answers = ask(prediction, pairs, strange=True)
+    gains: dict[object, float] = {}
+    for answer in answers:
+        gains[answer.candidate.key] = max(answer.gain, gains.get(answer.candidate.key, -np.inf))
+    first = set(nlargest(FORMED, gains, key=lambda key: gains[key]))
+    fresh = dict(problem.at_load([pair for pair in listed if pair[0].key in first]))
+    again = [
+        (candidate, fresh[candidate]) for candidate, old in pairs if fresh.get(candidate, old) is not old
+    ]
+    anew = {id(candidate) for candidate, _ in again}
+    answers = [answer for answer in answers if id(answer.candidate) not in anew]
+    return [(candidate, fresh.get(candidate, columns)) for candidate, columns in pairs], [
+        *answers,
+        *ask(prediction, again, strange=True),
+    ]
 
 
 def _in_same_shapes(problem: Problem, prediction: Prediction, earlier: Sequence[Answer]) -> list[Answer]:
@@ -95,12 +120,20 @@ def _with_known_shapes(grid: Sequence[Answer], known: Sequence[Answer]) -> list[
     return sorted([*better, *by_key.values()], key=lambda answer: -answer.gain)
 
 
-def _worth_refining(top: Sequence[Answer], earlier: Sequence[Candidate]) -> list[int]:
-    """Indices of answers not refined earlier that a finer shape may make the best, or physically possible."""
+def _worth_refining(top: Sequence[Answer], known: Sequence[Answer]) -> list[int]:
+    """Indices of answers not refined earlier that a finer shape may make the best, or physically possible.
+
+    A hypothesis that no shape made possible is not tried again.
+    """
+    earlier, impossible = (
+        {id(answer.candidate) for answer in known},
+        {a.candidate.key for a in known if a.strange},
+    )
     least = max(NEAR * top[0].gain, 0.0) if top else 0.0
     near = [k for k, answer in enumerate(top) if answer.gain > least and competing(answer, top[0])]
     places = dict.fromkeys([*near[:REFINE], *[k for k in near if top[k].strange][:REFINE]])
-    return [k for k in places if top[k].candidate.bounds and top[k].candidate not in earlier]
+    untried = [k for k in places if top[k].candidate.bounds and id(top[k].candidate) not in earlier]
+    return [k for k in untried if not (top[k].strange and top[k].candidate.key in impossible)]
 
 
 def _by_hypothesis(answers: Sequence[Answer]) -> list[Answer]:

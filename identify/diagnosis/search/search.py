@@ -93,6 +93,8 @@ def _converged(
     """Findings to which no addition, replacement or removal makes the fitted blocks more probable."""
     before, visited = list(selected), list[list[Selected]]()
     for _ in range(passes):
+        for key in [key for key, answer in shapes.items() if answer.strange]:
+            del shapes[key]  # beside other findings it may be possible
         searched, added = with_additions(problem, selected, total, shapes, out)
         problem, added = at_own_load(searched, added)
         if problem is not searched:

@@ -36,7 +36,7 @@ def rows(
         tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)),
         torque,
         np.ones_like(torque) if weight is None else weight,
-        columns,
+        (columns,),
         tuple(f"x{k}" for k in range(columns.shape[2])),
         std,
         np.zeros(len(std)) if mean is None else mean,
