@@ -52,9 +52,12 @@ class Rows:
         """Columns of some unknowns, whose indices (p,) ascend, shape (r, n, p)."""
         ends = np.cumsum([part.shape[2] for part in self.parts])
         within = np.searchsorted(ends, places, side="right")
-        each = enumerate(zip(self.parts, ends, strict=True))
-        chosen = [part[:, :, places[within == k] - end + part.shape[2]] for k, (part, end) in each]
-        return np.concatenate(chosen, axis=2)
+        chosen = [self.parts[0][:, :, :0]]
+        for number, (part, end) in enumerate(zip(self.parts, ends, strict=True)):
+            here = places[within == number] - end + part.shape[2]
+            if len(here):
+                chosen.append(part if len(here) == part.shape[2] else part[:, :, here])
+        return np.concatenate(chosen[1:], axis=2) if len(chosen) > 2 else chosen[-1]
 
     @property
     def limited(self) -> np.ndarray:

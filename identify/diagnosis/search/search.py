@@ -99,7 +99,7 @@ def _converged(
         problem, added = at_own_load(searched, added)
         if problem is not searched:
             searched.forget()
-        changed = _changed_joints(before, added, problem.without_findings.joints)
+        changed = _changed_evidence(before, added, problem.without_findings.joints)
         before = selected = _rechosen(problem, added, total, changed, shapes, out)
         if keys_of(selected) == keys_of(added):
             return problem, selected
@@ -159,12 +159,15 @@ def _rechosen(
 ) -> list[Selected]:
     """Each finding replaced by the most probable hypothesis given all others; removed if none is credible.
 
-    Findings on whose joints nothing has changed since they were chosen stay.
+    A finding stays if its rivals are further behind than all that has changed on its joints since it was
+    chosen, in log odds: a rival then had to gain more than any of the changes is worth.
     """
     with_all = problem.prediction(answers_of(selected))
     for finding in list(selected):
-        unchanged = not np.any(seeing(finding.answer) & changed)
-        if unchanged or finding.once or not (finding.others or finding.answer.candidate.bounds):
+        change = np.max(changed[seeing(finding.answer)], initial=0.0)
+        ahead = all(odds > change for _, odds in finding.others)
+        alone = not finding.others and finding.answer.candidate.bounds
+        if finding.once or change <= 0.0 or (ahead and not alone):
             continue
         place, others = selected.index(finding), [other for other in selected if other is not finding]
         prediction = problem.prediction(answers_of(others), with_all)
@@ -193,11 +196,11 @@ def _most_probable(
     return (formula_first if formula else simplest)(prediction, best, total)
 
 
-def _changed_joints(before: Sequence[Selected], after: Sequence[Selected], joints: int) -> np.ndarray:
-    """Joints that see a finding which only one of two lists contains, shape (n,)."""
+def _changed_evidence(before: Sequence[Selected], after: Sequence[Selected], joints: int) -> np.ndarray:
+    """Log odds of the findings that only one of two lists contains, summed over those a joint sees, (n,)."""
     different = keys_of(before) ^ keys_of(after)
-    changed = np.zeros(joints, bool)
+    changed = np.zeros(joints)
     for finding in (*before, *after):
         if finding.answer.candidate.key in different:
-            changed |= seeing(finding.answer)
+            changed += np.where(seeing(finding.answer), max(finding.odds, CERTAIN_ODDS), 0.0)
     return changed

@@ -461,7 +461,8 @@ def test_a_finding_whose_shape_physics_excludes_stays_in_one_that_it_allows(monk
     assert [one.answer.candidate.effect for one in stay] == ["nonlinear_viscous_friction"]
 
 
-EVERYWHERE = np.ones(2, bool)
+EVERYWHERE = np.full(2, np.inf)
+"""Change of the evidence on each joint."""
 
 
 def test_what_is_not_credible_beside_all_others_goes():
@@ -476,7 +477,7 @@ def test_what_is_not_credible_beside_all_others_goes():
     assert len(stay(total)) == 1
     # All is as improbable as one of very many.
     assert stay(total * 1e300) == []
-    assert stay(total * 1e300, ~EVERYWHERE) == list(found.selected)  # nothing changed about it
+    assert stay(total * 1e300, np.zeros(2)) == list(found.selected)  # nothing changed about it
 
 
 def test_each_finding_is_chosen_anew_of_all_hypotheses_given_all_others():
