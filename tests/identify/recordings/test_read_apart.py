@@ -9,8 +9,9 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identification.errors import NotAFile
-from exidyn.identification.recordings.decompression_limits import VARIABLE
-from exidyn.identification.recordings.importers import read_apart, read_tables
+from exidyn.identification.recordings import reading_limits
+from exidyn.identification.recordings.importers import read_tables
+from exidyn.identification.recordings.reading_limits import VARIABLE
 
 from ...parts.descendants import started, within
 
@@ -48,7 +49,7 @@ def test_a_library_that_dies_is_one_line_with_file_and_library(library, code, ho
 
 
 def test_a_library_that_does_not_come_to_an_end_is_ended(library, monkeypatch):
-    monkeypatch.setattr(read_apart, "START", 1.0)
+    monkeypatch.setattr(reading_limits, "START", 1.0)
     with pytest.raises(NotAFile, match="its reader, h5py, took more than 1 s"):
         read_tables(library("import time; time.sleep(600.0)"))
 
