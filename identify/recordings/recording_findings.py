@@ -142,8 +142,8 @@ def _turns(recording: Recording) -> Iterator[Finding]:
         words = angle_advice(name, columns[joint], others) if revolute[joint] else ""
         yield Finding(
             BadUnit,
-            f"{name} is at {peak[joint]:g} {unit}, which it cannot reach (at most {allowed[joint]:.3g} {unit} "
-            "is possible)",
+            f"{name} is at {peak[joint]:g} {unit}, which it cannot reach (at most {allowed[joint]:.3g} "
+            f"{unit} is possible)",
             words or f"Is it in another unit than {unit}?",
             not words,
         )

@@ -33,9 +33,8 @@ def commented_text(model: Model) -> str:
     text = model_text(model)
     rigid_body = f'name = "{RIGID_BODY}"' in text  # a file needs this row only for its parameters
     effects = [effect for effect in model.effects if rigid_body or not effect.of_links]
-    return (
-        "\n".join([*_comment(HEAD), "", *_lines(text, model, iter([*effects, *model.measurements]))]) + "\n"
-    )
+    lines = _lines(text, model, iter([*effects, *model.measurements]))
+    return "\n".join([*_comment(HEAD), "", *lines]) + "\n"
 
 
 def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
@@ -65,11 +64,8 @@ def _of_key(table: str, key: str, effect: Row | None, model: Model) -> str:
 
 def _title(effect: Row) -> str:
     """First line of the docstring of an effect's module."""
-    return (
-        (sys.modules[type(effect).__module__].__doc__ or "")
-        .partition("\n")[0]
-        .replace(" (the paper's section V.B)", "")
-    )
+    first = (sys.modules[type(effect).__module__].__doc__ or "").partition("\n")[0]
+    return first.replace(" (the paper's section V.B)", "")
 
 
 def _parameters(effect: Effect, model: Model) -> str:

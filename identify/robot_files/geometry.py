@@ -35,13 +35,7 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     """Collision bodies of the robot that `read_model` reads from the same source, without pairs.
 
     Each body belongs to a joint and a frame of that robot's kinematics. Its name is its link and a number, as
-    in Pinocchio.
-
-    Returns:
-        None if the robot has no URDF or MJCF, or if that has no collision geometry.
-
-    Raises:
-        RobotError: A mesh is missing or cannot be read, or a shape is wrong; the message names the link.
+    in Pinocchio. None if the robot has no URDF or MJCF, or if that has no collision geometry.
     """
     description, moving, held = _description_of(source)
     if description is None:
