@@ -221,15 +221,12 @@ def follows_by(command: Signal, position: Signal) -> float:
         return float("nan")
     time, values = position.time[rows], position.values[rows]
     latencies = np.arange(0.0, LONGEST + 0.5 * LATENCY_STEP, LATENCY_STEP)
-    squares = np.array([_distance(command, time - latency, values) for latency in latencies])
+    squares = []
+    for latency in latencies:
+        away = values - command.at(time - latency)
+        squares.append(float(np.sum((away - away.mean(axis=0)) ** 2)))
     best = int(np.argmin(squares))
     if best in (0, len(squares) - 1):
         return float(latencies[best]) if best == 0 else float("nan")
     before, here, after = squares[best - 1 : best + 2]
     return float(latencies[best] + 0.5 * LATENCY_STEP * (before - after) / (before - 2.0 * here + after))
-
-
-def _distance(command: Signal, time: np.ndarray, values: np.ndarray) -> float:
-    """Sum of squared differences between positions and commands, less the mean of each joint [rad^2]."""
-    away = values - command.at(time)
-    return float(np.sum((away - away.mean(axis=0)) ** 2))
