@@ -11,7 +11,6 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identification.errors import NotAFile
 from exidyn.identification.recordings import reading_limits
 from exidyn.identification.recordings.importers import read_tables
-from exidyn.identification.recordings.reading_limits import VARIABLE
 
 from ...parts.descendants import started, within
 
@@ -61,8 +60,8 @@ def test_memory_beyond_the_limit_is_refused(library, monkeypatch, capsys):
         read_tables(path)
     assert main(["import", str(path), "--robot", "kr270"]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert line.endswith(f"state a larger limit in bytes: {VARIABLE}=1000000000")
-    monkeypatch.setenv(VARIABLE, "1000000000")
+    assert line.endswith(f"state a larger limit in bytes: {reading_limits.VARIABLE}=1000000000")
+    monkeypatch.setenv(reading_limits.VARIABLE, "1000000000")
     with pytest.raises(NotAFile, match="cannot be read as HDF5"):  # by that module, which took what it wanted
         read_tables(path)
 
