@@ -15,9 +15,9 @@ from exidyn.identification.recordings.align import aligned
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import EFFORT, SIGNALS, Recording
-from exidyn.identification.recordings.separate_runs import PART
 from exidyn.identification.recordings.servo_error import COMMAND
 from exidyn.identification.recordings.tables.preset import preset_names
+from exidyn.identification.recordings.time_order import PART
 from exidyn.identification.recordings.units import BEFORE_GEAR
 from exidyn.identification.robot_files.description import XML
 from exidyn.identification.robot_files.mjcf import compile_mjcf

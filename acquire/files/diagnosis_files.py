@@ -19,7 +19,7 @@ from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
-from exidyn.identification.recordings.decompression_limits import require_zip
+from exidyn.identification.recordings.reading_limits import require_zip
 from exidyn.identification.robot_files.effect_rows import FindingRow, findings_text
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 from exidyn.identification.schema import check

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,8 +53,6 @@ class TorqueCurve(JointEffect):
     over: str = "position"
     low: float = 0.0
     high: float = 1.0
-
-    massless: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if self.over not in ABSCISSAE:

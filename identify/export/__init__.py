@@ -7,9 +7,7 @@ from .left_out import FEATURES, left_out
 from .mjcf import FEATURES as OF_MJCF
 from .mjcf import mjcf
 from .portable import Portable
-from .texts import NOT_IN_TOML, json, toml
-from .urdf import FEATURES as OF_URDF
-from .urdf import urdf
+from .texts import IN_URDF, NOT_IN_TOML, json, toml, urdf
 
 
 class Format(NamedTuple):
@@ -27,7 +25,7 @@ class Format(NamedTuple):
 OF_TOML = tuple(feature for feature in FEATURES if feature not in NOT_IN_TOML)
 
 FORMATS: dict[str, Format] = {
-    "urdf": Format(urdf, OF_URDF, ".urdf"),
+    "urdf": Format(urdf, IN_URDF, ".urdf"),
     "mjcf": Format(mjcf, OF_MJCF, ".xml"),
     "json": Format(json, tuple(FEATURES), ".json"),
     "toml": Format(toml, OF_TOML, ".toml"),

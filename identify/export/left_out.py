@@ -72,11 +72,6 @@ def _balancers(portable: Portable) -> list[str]:
     ]
 
 
-def _others(portable: Portable) -> list[str]:
-    """Other effects, with the largest torque of each within the limits of the joints."""
-    return effect_sentences(portable.model, portable.others)
-
-
 def effect_sentences(model: Model, effects: Sequence[tuple[Effect, np.ndarray]]) -> list[str]:
     """One sentence for each effect with its parameters (p,): the largest torque within the limits."""
     motion, robot = _anywhere(model), model.robot
@@ -122,18 +117,12 @@ def _bodies(portable: Portable) -> list[str]:
     return [f"kinematics and bodies; mass behind each joint: {masses} kg"]
 
 
-def _servos(portable: Portable) -> list[str]:
-    """Position servos of the robot file."""
-    return _law(portable) if portable.robot.servo is not None else []
-
-
 def _law(portable: Portable) -> list[str]:
     law = portable.servos
     if law is None:
         return []
-    sentence = (
-        f"position servos, torque over their error: {_amounts(portable.robot, law.stiffness, 'N m/rad')}"
-    )
+    stiffness = _amounts(portable.robot, law.stiffness, "N m/rad")
+    sentence = f"position servos, torque over their error: {stiffness}"
     if np.any(law.damping):
         sentence += f"; damping: {_amounts(portable.robot, law.damping, 'N m s/rad')}"
     if np.any(np.isfinite(law.limit)):
@@ -161,11 +150,9 @@ def _reversal(portable: Portable) -> list[str]:
 
 def _gains(portable: Portable) -> list[str]:
     gain = portable.robot.drive_gain
-    return (
-        []
-        if np.all(gain == 1.0) or portable.robot.servo
-        else [f"drive gains: {_amounts(portable.robot, gain, 'N m/A')}"]
-    )
+    if np.all(gain == 1.0) or portable.robot.servo:
+        return []
+    return [f"drive gains: {_amounts(portable.robot, gain, 'N m/A')}"]
 
 
 def _coupling(portable: Portable) -> list[str]:
@@ -185,10 +172,11 @@ FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
     "stiffness": _of_each("joints", "stiffness", "stiffness of joint_spring", "N m/rad"),
     "constant": _of_each("joints", "constant", "constant torque of current_offset and joint_spring", "N m"),
     "balancers": _balancers,
-    "effects": _others,
+    "effects": lambda portable: effect_sentences(portable.model, portable.others),
     "measurements": _measurements,
     "gains": _gains,
-    "servos": _servos,
+    # Servos of the robot file, and of another source.
+    "servos": lambda portable: _law(portable) if portable.robot.servo is not None else [],
     "law": lambda portable: _law(portable) if portable.robot.servo is None else [],
     "delay": _of_each("law", "delay", "delay of the servos", "s"),
     "feed_forward": _of_each(

@@ -21,7 +21,7 @@ from ..arm.newton_euler import Joint, joints_of, link_frames
 from ..arm.robot import Robot
 from ..effects.simulator_terms import Spring
 from ..positive_definite import inverse
-from ..robot_files.robot_text import words
+from ..robot_files.robot_text import SLENDERNESS, words
 from .portable import Portable
 
 FEATURES = (
@@ -39,8 +39,6 @@ STEP = 1e-3
 """Time step of the integration in the file [s]."""
 SOFTEST = 0.01
 """Impedance of dry friction if the time step allows it: acceleration then changes friction by 1 %."""
-SLENDERNESS = 0.06
-"""Radius of a drawn link relative to the length of the longest one."""
 SMALLEST = 1e-9
 """Stiffness of a balancer without stiffness [N/m per N of preload]: MuJoCo's springs have a rest length,
 which is then a million kilometers."""

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 
-from exidyn.quoting import xml_attribute
-
 from ..effects.rigid_body import body_inertia, inertial_parameters
 from ..fit.estimators.consistent import pseudo_inertia
 from ..robot_files.mjcf import Part, own_inertia
@@ -19,7 +17,7 @@ from ..robot_files.mjcf_names import name_of
 from .mjcf_changes import SAME, Change, File, number_words, sizes
 from .portable import Portable, possible
 from .spread import Spread
-from .xml_text import Edits
+from .xml_text import Edits, element_text
 
 OTHER_FORMS = ("quat", "axisangle", "euler", "xyaxes", "zaxis", "diaginertia")
 """Attributes of an <inertial> that are alternatives to `fullinertia`."""
@@ -43,7 +41,8 @@ def body_changes(file: File, portable: Portable, spread: Spread, edits: Edits) -
         body = int(file.compiled.jnt_bodyid[file.joints[link]])
         if file.parts[body].joint != link + 1:  # one of several joints of the same body, without its own mass
             continue
-        fixed = _fixed(file, body)
+        fixed = [other for other, part in enumerate(file.parts) if part.joint == link + 1 and other != body]
+        fixed = [other for other in fixed if file.compiled.body_mass[other] > 0.0]
         share = fixed_share(old[link], new[link], _sum(file, fixed), largest)
         for other in fixed if share < 1.0 else ():
             scaled = share * _ten(file, other)
@@ -57,11 +56,8 @@ def body_changes(file: File, portable: Portable, spread: Spread, edits: Edits) -
 def fixed_share(old: np.ndarray, new: np.ndarray, fixed: np.ndarray, largest: float) -> float:
     """Share that bodies fixed to a body keep, such that a body with positive mass and inertia is left.
 
-    Args:
-        old: Ten parameters of all these bodies together in the file, shape (10,).
-        new: Identified parameters of all these bodies, shape (10,).
-        fixed: Parameters of the fixed bodies in the file, shape (10,).
-        largest: Largest parameter of all bodies of the arm.
+    Parameters (10,) are those of all these bodies together in the file and as identified, and those of the
+    fixed bodies in the file; `largest` is the largest of all bodies of the arm.
     """
     rest = new - fixed
     if not np.any(fixed) or np.all(possible(rest, largest) == rest):
@@ -84,12 +80,6 @@ def _changed(file: File, body: int, ten: np.ndarray, halves: np.ndarray, edits: 
         if abs(new - old) > SAME * scale:
             before = 0.0 if abs(old) <= SAME * scale else float(old)  # MuJoCo's rounding
             yield Change(where, attribute, unit, before, float(new), float(half))
-
-
-def _fixed(file: File, body: int) -> list[int]:
-    """Bodies with mass that are fixed to a body."""
-    joint, masses = file.parts[body].joint, file.compiled.body_mass
-    return [k for k, part in enumerate(file.parts) if part.joint == joint and k != body and masses[k] > 0.0]
 
 
 def _sum(file: File, bodies: list[int]) -> np.ndarray:
@@ -123,8 +113,7 @@ def _write_body(file: File, body: int, numbers: np.ndarray, edits: Edits) -> Non
     tag = file.elements.body(body)
     inertial = next((child for child in tag.children if child.name == "inertial"), None)
     if inertial is None:
-        attributes = " ".join(f"{name}={xml_attribute(value)}" for name, value in words.items())
-        edits.add_inside(tag, f"<inertial {attributes}/>")
+        edits.add_inside(tag, element_text("inertial", words))
     else:
         edits.set(inertial, **words, **dict.fromkeys(OTHER_FORMS))
         if "diaginertia" in inertial.attributes:

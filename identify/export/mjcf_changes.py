@@ -7,15 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from exidyn.quoting import xml_attribute
-
 from ..errors import RobotError
 from ..model import Model
 from ..robot_files.mjcf import Part
 from ..robot_files.mjcf_names import disabled, name_of
 from .portable import Portable
 from .spread import Spread, changed_by
-from .xml_text import Edits, Elements
+from .xml_text import Edits, Elements, element_text
 
 TERMS = {
     "armature": ("armature", "kg m^2"),
@@ -127,7 +125,7 @@ def change_gravity(file: File, portable: Portable, edits: Edits) -> tuple[list[C
     if options:
         edits.set(options[-1], gravity=number_words(new))
     else:
-        edits.add_inside(file.elements.root, f"<option gravity={xml_attribute(number_words(new))}/>")
+        edits.add_inside(file.elements.root, element_text("option", {"gravity": number_words(new)}))
     tilt = float(np.degrees(np.arctan2(np.linalg.norm(np.cross(old, new)), old @ new)))
     return [Change("option", "gravity, angle from the file's", "deg", 0.0, tilt, np.inf)], []
 

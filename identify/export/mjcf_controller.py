@@ -16,7 +16,7 @@ from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import is_motor, motors, servo_law, servos
 from ..robot_files.mjcf_names import name_of
 from .mjcf_changes import DIGITS, nearly_equal, number_words
-from .xml_text import Edits, Elements, Tag, element_end, read_tags
+from .xml_text import Edits, Elements, Tag, actuator_tags, element_end, read_tags
 
 
 def with_controller(
@@ -24,16 +24,8 @@ def with_controller(
 ) -> bytes:
     """The text of an MJCF with position servos in place of the motors of some joints.
 
-    Args:
-        text: Text of the MJCF.
-        folder: Folder of the files that it refers to.
-        where: Name of the file in errors.
-        joints: Joints that the controller drives.
-        kp: Torque per position error, shape (n,) [N m/rad].
-        kd: Torque against the velocity, shape (n,) [N m s/rad].
-
-    Raises:
-        RobotError: A joint does not have exactly one motor.
+    `folder` is that of the files that it refers to, and `where` its name in errors. The controller has a
+    torque `kp` per position error (n,) [N m/rad], and `kd` against the velocity (n,) [N m s/rad].
     """
     compiled, root = compile_mjcf(text.decode(), folder), read_tags(text, where)
     elements = Elements(root, compiled, where)
@@ -48,7 +40,7 @@ def with_controller(
 
 def with_motors(text: bytes, original: bytes, where: str) -> bytes:
     """A text that was made from one with servos, with the actuators of the original."""
-    new, old = (_actuators(read_tags(each, where)) for each in (text, original))
+    new, old = (actuator_tags(read_tags(each, where)) for each in (text, original))
     for tag, before in reversed(list(zip(new, old, strict=True))):
         end = element_end(text, tag)
         text = text[: tag.start] + original[before.start : element_end(original, before)] + text[end:]
@@ -93,21 +85,13 @@ def _renamed(text: bytes, tags: Sequence[Tag]) -> bytes:
     return text
 
 
-def _actuators(root: Tag) -> list[Tag]:
-    return [tag for part in root.children if part.name == "actuator" for tag in part.children]
-
-
 GAINS = ("stiffness", "damping")
 
 
 def with_servo_law(
     text: bytes, folder: str, where: str, joints: Sequence[str], law: ServoLaw, changed: Collection[str]
 ) -> bytes:
-    """The text with the servos of a law; servos whose numbers are those of the law already stay as they are.
-
-    Raises:
-        RobotError: MuJoCo compiles another law, or it has no delays.
-    """
+    """The text with the servos of a law; servos that have its numbers already stay as they are."""
     compiled = compile_mjcf(text.decode(), folder)
     if "delay" in changed and not hasattr(compiled, "actuator_delay"):
         raise RobotError(f"{where}: delays of actuators need MuJoCo 4.0 or later")

@@ -7,7 +7,7 @@ joint becomes the motor's cogging.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ..errors import RobotError
 from ..robot_files.mjcf_dcmotors import SHORTED, DcMotor, dc_motors
 from ..robot_files.mjcf_names import name_of
 from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
-from .mjcf_cogging import with_cogging
 from .portable import Portable
 from .spread import Spread
 from .xml_text import Edits
@@ -51,20 +50,13 @@ class Plan:
 def write_motors(
     file: File, portable: Portable, spread: Spread, edits: Edits
 ) -> tuple[list[Change], list[DcMotor], Portable]:
-    """Write the numbers of all DC motors.
-
-    Returns:
-        Changes, motors with the new numbers, and the model without what the motors represent.
-
-    Raises:
-        RobotError: The file cannot represent the friction of a joint with LuGre friction.
-    """
+    """Write all DC motors; returns changes, new motors, and the model without what they represent."""
     changes, motors, unwritten = list[Change](), list[DcMotor](), portable
     for motor in dc_motors(file.compiled, file.joints):
         plan = Plan(file.joints.index(motor.joint), motor, motor, unwritten)
         _plan_rotor(file, plan, spread)
         _plan_friction(file, plan, spread)
-        plan.new, plan.unwritten = with_cogging(plan.new, plan.unwritten, plan.place, plan.halves, spread)
+        plan.new, plan.unwritten = _with_cogging(plan.new, plan.unwritten, plan.place, plan.halves, spread)
         changes += _write(file, plan, edits)
         motors.append(plan.new)
         unwritten = plan.unwritten
@@ -103,9 +95,8 @@ def _plan_rotor(file: File, plan: Plan, spread: Spread) -> None:
         total = getattr(Portable.of(file.nominal).joints, term)[place]
         now = getattr(plan.unwritten.joints, term)[place]
         share = square * getattr(plan.old, term)
-        alone = (
-            share and not getattr(file.compiled, f"dof_{term}")[dof] and nearly_equal(share + other, total)
-        )
+        of_joint = getattr(file.compiled, f"dof_{term}")[dof]
+        alone = share and not of_joint and nearly_equal(share + other, total)
         if alone and now >= other and not nearly_equal(total, now):
             new: dict[str, Any] = {term: float(now - other) / square}
             plan.new = replace(plan.new, **new)
@@ -179,3 +170,80 @@ def _write(file: File, plan: Plan, edits: Edits) -> Iterator[Change]:
                 title = attribute if attribute == name else f"{attribute} {name}"
                 half = plan.halves.get(name, np.inf)
                 yield Change(where, title, robot.unit(plan.place, unit), first, second, half)
+
+
+class Wave(NamedTuple):
+    """One wave of the torque ripple of a joint."""
+
+    effect: TorqueRipple  # ripple of this joint alone
+    values: np.ndarray  # its parameters, shape (p,) [N m]
+    columns: slice  # parameters of the wave: those of cosine and sine
+    poles: float  # number of waves per turn of the file's motor [-]
+
+    @property
+    def amplitude(self) -> float:
+        """Amplitude at the joint [N m]."""
+        return float(np.hypot(*self.values[self.columns]))
+
+
+def _with_cogging(
+    motor: DcMotor, portable: Portable, place: int, halves: dict[str, float], spread: Spread
+) -> tuple[DcMotor, Portable]:
+    """The motor with the wave that the file's motor has, or else with the largest, and the model without it.
+
+    The halves of the 95 % intervals of amplitude and phase are added to `halves`, by field of the motor.
+    """
+
+    def preference(wave: Wave) -> tuple[bool, float]:
+        return bool(motor.amplitude) and _equal(wave.poles, abs(motor.poles)), wave.amplitude
+
+    wave = max(_waves(motor, portable, place), key=preference, default=None)
+    if wave is None or not any(preference(wave)):
+        return motor, portable
+    names = [parameter.name for parameter in wave.effect.parameters(portable.robot)][wave.columns]
+    pair, zeroed = wave.values[wave.columns], wave.values.copy()
+    zeroed[wave.columns] = 0.0
+    halves |= _wave_halves(names, pair, motor.gear, spread)
+    sign = np.sign(portable.robot.gear_ratio[place])  # the ripple counts turns of the robot's motor
+    return _cogged(motor, wave.poles, pair * [1.0, sign]), portable.without_effect(wave.effect, zeroed)
+
+
+def _waves(motor: DcMotor, portable: Portable, place: int) -> list[Wave]:
+    """Waves of the joint; none if other joints turn its motor too."""
+    robot = portable.robot
+    if not motor.gear or np.any(robot.coupling[place] != np.eye(robot.dof)[place]):
+        return []
+    ratio = abs(robot.gear_ratio[place] / motor.gear)
+    return [
+        Wave(effect, values, slice(2 * k - 2, 2 * k), float(k * effect.harmonic * ratio))
+        for effect, values in portable.joint_effects(TorqueRipple, place)
+        if isinstance(effect, TorqueRipple)
+        for k in range(1, effect.count + 1)
+    ]
+
+
+def _equal(poles: float, other: float) -> bool:
+    return abs(poles - other) <= SAME * poles
+
+
+def _cogged(motor: DcMotor, poles: float, wave: np.ndarray) -> DcMotor:
+    """The motor with a cogging of this `wave` (2,) [N m]; unchanged if it is that of the file."""
+    cosine, sine = wave.tolist()
+    size = float(np.hypot(cosine, sine))
+    if _equal(poles, abs(motor.poles)) and np.allclose(motor.wave, wave, rtol=0.0, atol=SAME * size):
+        return motor
+    if not size:
+        return replace(motor, amplitude=0.0)
+    phase = float(np.arctan2(-cosine / motor.gear, -sine / abs(motor.gear))) + 0.0
+    return replace(motor, poles=poles, amplitude=size / abs(motor.gear), phase=phase)
+
+
+def _wave_halves(names: list[str], wave: np.ndarray, gear: float, spread: Spread) -> dict[str, float]:
+    """Halves of the 95 % intervals of amplitude [N m] and phase [rad]; the number of poles is a choice."""
+    size = float(np.hypot(*wave))
+    if not size:
+        return {}
+    rows = {"amplitude": wave / size / abs(gear), "phase": np.array([-wave[1], wave[0]]) / size**2}
+    return {"poles": 0.0} | {
+        field: spread.half_of(dict(zip(names, row.tolist(), strict=True))) for field, row in rows.items()
+    }

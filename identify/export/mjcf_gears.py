@@ -16,7 +16,7 @@ from exidyn.quoting import xml_attribute
 
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
-from ..robot_files.mjcf_names import joint_name, turns
+from ..robot_files.mjcf_names import joint_names, turns
 from .mjcf_changes import DIGITS, Change
 from .xml_text import Edits, Elements, Tag, read_tags
 
@@ -44,11 +44,7 @@ class Gear(NamedTuple):
 
 
 def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tuple[bytes, list[Change]]:
-    """Add a twist for each gear; returns the new text and the changes.
-
-    Raises:
-        RobotError: A joint has no armature, so that its motor has no inertia, or already has a twist.
-    """
+    """Add a twist for each gear; returns the new text and the changes."""
     changes: list[Change] = []
     for gear in gears:  # sequentially, since addresses and keyframes change
         root, compiled = read_tags(text, where), compile_mjcf(text.decode(), folder)
@@ -67,7 +63,7 @@ def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tu
 
 def _joint(compiled: Any, name: str, where: str) -> int:
     """Index of a joint, after a check that it can have a twist."""
-    names = [joint_name(compiled, joint) for joint in range(compiled.njnt)]
+    names = joint_names(compiled)
     if name not in names:
         raise RobotError(f"{where}: no joint has the name '{name}'; give the joint a name")
     joint = names.index(name)
@@ -83,10 +79,8 @@ def _joint(compiled: Any, name: str, where: str) -> int:
 
 def _element(compiled: Any, joint: int, gear: Gear, degrees: bool) -> str:
     """Element of the twist joint; axis and position of the compiled joint are in the body frame."""
-    axis, anchor = (
-        " ".join(f"{value:.{DIGITS}g}" for value in vectors[joint])
-        for vectors in (compiled.jnt_axis, compiled.jnt_pos)
-    )
+    vectors = compiled.jnt_axis[joint], compiled.jnt_pos[joint]
+    axis, anchor = (" ".join(f"{value:.{DIGITS}g}" for value in vector) for vector in vectors)
     name = xml_attribute(TWIST.format(gear.joint))
     hinge = turns(compiled, joint)
     kind = f'<joint name={name} type="{"hinge" if hinge else "slide"}" axis="{axis}" pos="{anchor}" {PLAIN}'

@@ -5,25 +5,45 @@ The model that MuJoCo compiles from the new text is compared with the identified
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from ..arm.robot import Held, Robot
+from ..effects.rigid_body import inertial_parameters
 from ..errors import RobotError
 from ..fit.identified import Standard
-from ..robot_files.mjcf import body_parts, compile_mjcf
+from ..model import Model
+from ..robot_files.mjcf import body_parts, compile_mjcf, mjcf_kinematics
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import joint_name
+from ..robot_files.mjcf_names import joint_names
+from ..robot_files.robot_file import described_model
 from .left_out import left_out
 from .mjcf_bodies import body_changes
-from .mjcf_changes import Change, File, change_gravity, gravcomp_changes, joint_changes
+from .mjcf_changes import (
+    SAME,
+    TERMS,
+    Change,
+    File,
+    change_gravity,
+    gravcomp_changes,
+    joint_changes,
+    nearly_equal,
+    sizes,
+)
 from .mjcf_dcmotors import kept_cogging, require_motors, write_motors
-from .mjcf_same import accepted, described, held_in, require_same
 from .mjcf_servos import altered_damping, keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable
 from .spread import Spread
 from .xml_text import Edits, Elements, read_tags
 
 FEATURES = ("bodies", "gravity", "armature", "damping", "dry", "stiffness", "uncertainty")
+WRITTEN = (
+    ", which differs from its element. Remove what overrides it, such as springdamper",
+    ", which differs from its <inertial>. Remove what overrides it, such as inertiafromgeom, settotalmass or "
+    "balanceinertia",
+)
+"""Ends of errors about a number of a joint and about a body that differ after the numbers were written."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +63,12 @@ def patch(
     where: str,
     elsewhere: Collection[str] = (),
 ) -> Patch:
-    """Write the identified numbers to an MJCF.
+    """Write the identified numbers to the text of an MJCF that describes the robot.
 
-    Args:
-        portable: Identified model, without a payload in its last link.
-        standard: Standard parameters of the model, for intervals.
-        text: Text of the MJCF that describes the robot.
-        folder: Folder of the meshes.
-        where: Name of the file in errors.
-        elsewhere: Features, by their names in `left_out`, that the caller states elsewhere.
-
-    Raises:
-        RobotError: The file describes another arm, or cannot represent the identified numbers.
+    The model has no payload in its last link, and its standard parameters give the intervals. `folder` is
+    that of the meshes, and `where` the name of the file in errors. The caller states the features `elsewhere`
+    itself, by their names in `left_out`. Raises `RobotError` if the file describes another arm, or cannot
+    represent the identified numbers.
     """
     file = _read(portable, text, folder, where)
     wanted, below = accepted(portable)
@@ -87,7 +101,7 @@ def _read(portable: Portable, text: bytes, folder: str, where: str) -> File:
     except UnicodeDecodeError as error:
         raise RobotError(f"{where}: not UTF-8; write it as UTF-8") from error
     elements = Elements(root, compiled, where)
-    names, joints = [joint_name(compiled, joint) for joint in range(compiled.njnt)], portable.robot.joints
+    names, joints = joint_names(compiled), portable.robot.joints
     if missing := [joint for joint in joints if joint not in names]:
         raise RobotError(f"{where} has no joint {', '.join(missing)}; it describes another arm")
     nominal = described(compiled, portable, where)
@@ -101,3 +115,54 @@ def sentences_left_out(portable: Portable, spread: Spread, features: Collection[
     halves = np.array([spread.half(place, "constant") for place in range(portable.robot.dof)])
     alone = np.where(np.abs(joints.constant) <= halves, 0.0, joints.constant)
     return left_out(replace(portable, joints=replace(joints, constant=alone)), features)
+
+
+def described(compiled: Any, portable: Portable, where: str) -> Model:
+    """Model that the file describes, with the same held joints; raises `RobotError` for another arm."""
+    robot = portable.robot
+    kinematics = mjcf_kinematics(compiled, where, robot.joints, held_in(compiled, robot))
+    mine, theirs = robot.kinematics, kinematics.model
+    for joint, name in enumerate(robot.joints, start=1):
+        matches = theirs.names[joint] == name and mine.parents[joint] == theirs.parents[joint]
+        if not matches or not theirs.jointPlacements[joint].isApprox(mine.jointPlacements[joint], SAME):
+            raise RobotError(
+                f"{where}: joint '{name}' is at another place than in the model; give the MJCF of its robot"
+            )
+    return described_model(robot.name, kinematics)
+
+
+def held_in(compiled: Any, robot: Robot) -> Held:
+    """Held joints of a robot that the file has; those of a URDF may be fixed in an MJCF of the same arm."""
+    names = joint_names(compiled)
+    return {name: position for name, position in robot.held.items() if name in names}
+
+
+def accepted(portable: Portable) -> tuple[Portable, list[str]]:
+    """Model that MuJoCo accepts, without negative friction or rotor inertia; and sentences on changes."""
+    joints, remarks = portable.joints, []
+    for name, (attribute, _) in list(TERMS.items())[:3]:
+        values = getattr(joints, name)
+        remarks += [
+            f"{attribute} of {joint} was identified as {value:.3g}, which is impossible: 0 is written"
+            for joint, value in zip(portable.robot.joints, values, strict=True)
+            if value < 0.0
+        ]
+        joints = replace(joints, **{name: np.maximum(values, 0.0)})
+    return replace(portable, joints=joints), remarks
+
+
+def require_same(wanted: Portable, model: Model, where: str, remedies: tuple[str, str] = WRITTEN) -> None:
+    """Raise `RobotError` unless the model compiled from the new text equals the intended model."""
+    made, robot = Portable.of(model), wanted.robot
+    for place, name in enumerate(robot.joints):
+        for term, (attribute, _) in TERMS.items():
+            actual, expected = getattr(made.joints, term)[place], getattr(wanted.joints, term)[place]
+            if not nearly_equal(actual, expected):
+                raise RobotError(
+                    f"{where}: {attribute} of joint '{name}' is {actual:.4g} in MuJoCo, not {expected:.4g}"
+                    f"{remedies[0]}"
+                )
+        bodies = (arm.kinematics.inertias[place + 1] for arm in (model.robot, robot))
+        body, intended = map(inertial_parameters, bodies)
+        if np.any(np.abs(body - intended) > 10.0 * SAME * sizes(intended)):
+            raise RobotError(f"{where}: MuJoCo has another body behind joint '{name}'{remedies[1]}")

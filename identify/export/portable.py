@@ -53,11 +53,7 @@ class Portable:
 
     @classmethod
     def of(cls, model: Model, payload: str = "", servos: ServoLaw | None = None) -> "Portable":
-        """Sort a model at its nominal values, with the named payload as part of the last link.
-
-        Raises:
-            RobotError: The model has no such payload, or the payload has no positive mass.
-        """
+        """Sort a model at its nominal values, with the named payload as part of the last link."""
         model, remarks = _solid(model, payload)
         joints, balancers, others = JointTerms.of(model.robot.dof), [], []
         for effect, values in model.shares(model.nominal_values):
@@ -68,8 +64,11 @@ class Portable:
                 balancers.append(form)
             elif not (effect.of_links or effect.payload):
                 others.append((effect, values))
-        law = _robot_servos(model.robot) if servos is None else servos
-        return cls(model, joints, tuple(balancers), tuple(others), remarks, law)
+        robot = model.robot
+        if servos is None and robot.servo is not None:  # their damping is part of the viscous friction
+            gain, none = np.abs(robot.drive_gain), np.zeros(robot.dof)
+            servos = ServoLaw.of(gain * robot.servo.gain, none, gain * robot.servo.limit, none)
+        return cls(model, joints, tuple(balancers), tuple(others), remarks, servos)
 
     def joint_effects(self, kind: type[JointEffect], place: int) -> list[Pair]:
         """Effects of a kind on one joint, each split off from those on other joints."""
@@ -96,14 +95,6 @@ class Portable:
     def _apart(self, effect: Effect, values: np.ndarray) -> list[Pair]:
         parts = effect.apart(self.robot)
         return list(zip(parts, np.split(values, len(parts)), strict=True))
-
-
-def _robot_servos(robot: Robot) -> ServoLaw | None:
-    """Law of the robot's position servos, whose damping is part of the viscous friction."""
-    if robot.servo is None:
-        return None
-    gain, none = np.abs(robot.drive_gain), np.zeros(robot.dof)
-    return ServoLaw.of(gain * robot.servo.gain, none, gain * robot.servo.limit, none)
 
 
 def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:

@@ -38,7 +38,8 @@ class Spread:
 
     def of_body(self, link: int, numbers: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Halves of the 95 % intervals of numbers (k,) computed from the ten parameters of a link."""
-        first = self._links.start + 10 * link
+        pairs = zip(self.model.effects, self.model.columns, strict=True)
+        first = next(columns for effect, columns in pairs if effect.of_links).start + 10 * link
         [of_link] = [columns for columns in self.model.inertias if columns.start == first]
         values, std = self.standard.values[of_link], np.sqrt(np.diag(self.standard.covariance)[of_link])
         usual = np.where(np.isfinite(std) & (std > 0.0), std, 1e-6 * (1e-6 + np.abs(values)))
@@ -47,12 +48,6 @@ class Spread:
             for size, step in zip(usual, np.diag(STEP * usual), strict=True)
         ]
         return NORMAL_95 * np.sqrt(np.diag(self._through(np.array(rows).T, of_link)))
-
-    @property
-    def _links(self) -> slice:
-        """Columns of the links' parameters."""
-        pairs = zip(self.model.effects, self.model.columns, strict=True)
-        return next(columns for effect, columns in pairs if effect.of_links)
 
     @cached_property
     def _terms(self) -> dict[str, np.ndarray]:

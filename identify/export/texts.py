@@ -1,19 +1,25 @@
-"""Text formats that represent the complete model: JSON and robot.toml."""
+"""Text formats: JSON and robot.toml represent the complete model, URDF the bodies and friction.
+
+PyBullet takes a URDF's link without `<inertial>` as 1 kg, so frames without mass state a mass of 0. Gazebo
+drops what moves on a link without mass, so the base, whose mass no torque depends on, has some and stands on
+`world`.
+"""
 
 from dataclasses import fields
 from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
-import pinocchio as pin
 
-from exidyn.quoting import json_text
+from exidyn.quoting import json_text, one_line, xml_document
 
 from ..arm.newton_euler import joints_of, link_frames
 from ..effects import Effect, name_of
 from ..measurements import measurement_name
 from ..model import Model
 from ..robot_files.effect_rows import key_of
-from ..robot_files.robot_text import model_text
+from ..robot_files.robot_text import WORLD, model_text, placement_keys, urdf_text
 from .portable import Portable
 
 FORMAT = 1
@@ -32,7 +38,7 @@ def json(portable: Portable) -> str:
         "gravity": robot.gravity,
         "joints": [_joint(model, place) for place in range(robot.dof)],
         "coupling": robot.coupling,
-        "flange": _placement(robot.flange),
+        "flange": placement_keys(robot.flange),
         "effects": [_effect(model, effect) for effect in model.effects],
         "measurements": [
             {"name": measurement_name(measurement)}
@@ -52,7 +58,7 @@ def _joint(model: Model, place: int) -> dict[str, Any]:
         "name": robot.joints[place],
         "kind": "revolute" if joint.revolute else "prismatic",
         "parent": robot.joints[joint.parent] if joint.parent >= 0 else None,
-        **_placement(joint.placement),
+        **placement_keys(joint.placement),
         "axis": joint.axis,
         "limits": {name: values[place] for name, values in vars(robot.limits).items()},
         "drive_gain": robot.drive_gain[place],
@@ -64,10 +70,6 @@ def _joint(model: Model, place: int) -> dict[str, Any]:
             "inertia_about_center_of_mass": body.inertia,
         },
     }
-
-
-def _placement(placement: pin.SE3) -> dict[str, Any]:
-    return {"origin": placement.translation, "rotation": placement.rotation}
 
 
 def _effect(model: Model, effect: Effect) -> dict[str, Any]:
@@ -99,3 +101,54 @@ def _plain(value: Any) -> Any:
 def toml(portable: Portable) -> str:
     """A robot file with the identified model, which every command accepts."""
     return model_text(portable.model)
+
+
+IN_URDF = ("bodies", "damping", "dry")
+BASE_MASS = 1.0
+"""Mass [kg] and moments of inertia [kg m^2] of the base, which stands still."""
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def urdf(portable: Portable) -> str:
+    """Links as cylinders, fixed to the world; viscous and dry friction in `<dynamics>`."""
+    root = ElementTree.fromstring(urdf_text(portable.model))
+    places = {one_line(name): place for place, name in enumerate(portable.robot.joints)}
+    for joint in root.findall("joint"):
+        if (place := places.get(joint.get("name", ""))) is not None:
+            damping, friction = portable.joints.damping[place], portable.joints.dry[place]
+            SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
+    _state_masses(root)
+    return xml_document(root)
+
+
+def _state_masses(root: Element) -> None:
+    """Put the base on the world, and give every other link an `<inertial>`."""
+    children = {_end(joint, "child") for joint in root.findall("joint")}
+    [first] = [str(link.get("name")) for link in root.findall("link") if link.get("name") not in children]
+    if first != WORLD:
+        _put_on_world(root, first)
+    bases = {_end(joint, "child") for joint in root.findall("joint") if _end(joint, "parent") == WORLD}
+    for link in root.findall("link"):
+        if link.find("inertial") is None and link.get("name") != WORLD:
+            _add_inertial(link, BASE_MASS if link.get("name") in bases else 0.0)
+
+
+def _end(joint: Element, tag: str) -> str | None:
+    """Name of a joint's parent or child link."""
+    end = joint.find(tag)
+    return None if end is None else end.get("link")
+
+
+def _add_inertial(link: Element, mass: float) -> None:
+    inertial = Element("inertial")
+    SubElement(inertial, "mass", value=repr(mass))
+    SubElement(inertial, "inertia", {name: repr(mass if name[1] == name[2] else 0.0) for name in MOMENTS})
+    link.insert(0, inertial)
+
+
+def _put_on_world(root: Element, base: str) -> None:
+    root.insert(0, Element("link", name=WORLD))
+    joint = Element("joint", name=f"{base}_fixed", type="fixed")
+    SubElement(joint, "parent", link=WORLD)
+    SubElement(joint, "child", link=base)
+    root.append(joint)

@@ -10,8 +10,6 @@ from functools import partial
 import numpy as np
 import pinocchio as pin
 
-from exidyn.quoting import xml_attribute
-
 from ..effects.rigid_body import body_inertia, inertial_parameters
 from ..errors import RobotError
 from ..fit.identified import Standard
@@ -23,8 +21,8 @@ from .mjcf_changes import SAME, Change, nearly_equal, number_words, sizes
 from .mjcf_patch import Patch, sentences_left_out
 from .portable import Portable
 from .spread import Spread
-from .urdf import FEATURES
-from .xml_text import Edits, Tag, read_tags
+from .texts import IN_URDF
+from .xml_text import Edits, Tag, element_text, read_tags
 
 DYNAMICS = {"damping": ("damping", "N m s/rad"), "dry": ("friction", "N m")}
 """Term of a joint -> attribute of <dynamics>, and unit for revolute joints."""
@@ -36,11 +34,7 @@ NUMBERS = (
 
 
 def patch_urdf(portable: Portable, standard: Standard, text: bytes, where: str) -> Patch:
-    """Write the identified numbers to the text of a URDF; `where` is its name in errors.
-
-    Raises:
-        RobotError: The file describes another arm, or cannot represent the identified numbers.
-    """
+    """Write the identified numbers to the text of a URDF; `where` is its name in errors."""
     robot, edits, spread = portable.robot, Edits(text), Spread(portable.model, standard)
     tags = read_tags(text, where).children
     links, joints = (
@@ -67,7 +61,7 @@ def patch_urdf(portable: Portable, standard: Standard, text: bytes, where: str) 
     written = _bodies(edits.text(), portable, where)
     if any(np.any(np.abs(a - b) > 1e-6 * largest) for a, b in zip(written, new, strict=True)):
         raise RobotError(f"{where}: an <inertial> is stated twice; remove one")
-    left_out = sentences_left_out(portable, spread, (*FEATURES, "uncertainty"))
+    left_out = sentences_left_out(portable, spread, (*IN_URDF, "uncertainty"))
     return Patch(edits.text(), tuple(changes), tuple(left_out))
 
 
@@ -117,11 +111,7 @@ def _write(edits: Edits, parent: Tag, name: str, words: Mapping[str, str]) -> No
     if tag := next((child for child in parent.children if child.name == name), None):
         edits.set(tag, **words)
     elif words:
-        edits.add_inside(parent, _element(name, words))
-
-
-def _element(name: str, words: Mapping[str, str]) -> str:
-    return f"<{name} {' '.join(f'{key}={xml_attribute(value)}' for key, value in words.items())}/>"
+        edits.add_inside(parent, element_text(name, words))
 
 
 class _Link:
@@ -157,7 +147,7 @@ class _Link:
             "inertia": dict(elements),
         }  # fmt: skip
         if not self.inertial.name:
-            inside = "".join(_element(name, attributes) for name, attributes in parts.items())
+            inside = "".join(element_text(name, attributes) for name, attributes in parts.items())
             edits.add_inside(self.tag, f"<inertial>{inside}</inertial>")
         for name, attributes in parts.items() if self.inertial.name else ():
             _write(edits, self.inertial, name, attributes)

@@ -1,7 +1,7 @@
 """Edits of an XML text that preserve every other byte."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 from xml.parsers import expat
@@ -89,6 +89,11 @@ class Edits:
         return text
 
 
+def element_text(name: str, attributes: Mapping[str, str]) -> str:
+    """An element without content."""
+    return f"<{name} {' '.join(f'{key}={xml_attribute(value)}' for key, value in attributes.items())}/>"
+
+
 def element_end(text: bytes, tag: Tag) -> int:
     """Offset of the end of an element without content [bytes]."""
     end = _end(text, tag.start)
@@ -132,8 +137,7 @@ class Elements:
         self.root, self._model, self._where = root, model, where
         bodies = [tag for world in root.children if world.name == "worldbody" for tag in _bodies(world)]
         joints = [tag for body in bodies for tag in _joints(body)]
-        actuators = [tag for part in root.children if part.name == "actuator" for tag in part.children]
-        self._tags = {"body": bodies, "joint": joints, "actuator": actuators}
+        self._tags = {"body": bodies, "joint": joints, "actuator": actuator_tags(root)}
 
     def body(self, body: int) -> Tag:
         """The tag of a body; 0 is the world and has none."""
@@ -176,6 +180,11 @@ class Elements:
         """Whether angles are in degrees, MuJoCo's default."""
         units = [tag.attributes["angle"] for tag in self.root.children if "angle" in tag.attributes]
         return not units or units[-1] == "degree"
+
+
+def actuator_tags(root: Tag) -> list[Tag]:
+    """Actuators of an MJCF."""
+    return [tag for part in root.children if part.name == "actuator" for tag in part.children]
 
 
 def _bodies(tag: Tag) -> Iterator[Tag]:

@@ -12,9 +12,8 @@ from ..fit.fit import Fit
 from ..fit.settled_gains import stated
 from ..model import Model
 from ..text_table import NORMAL_95
-from .distances import Distances
+from .distances import Distances, Gain, Judge
 from .joint_numbers import DELAY, FIELDS, KP, LIMIT, JointNumbers
-from .judge import Gain, Judge
 from .ladder import Ladder
 from .servo_stage import ServoStage
 from .simulated_numbers import simulated_numbers
@@ -69,7 +68,9 @@ def file_alone(ladder: Ladder, training: Trial, servos: ServoStage | None = None
         first = _refined(trial, training, ladder.judge, original)
     fitted = first
     for text, changes in _fitted(ladder):
-        fitted = _nearer(trial, ladder.judge, fitted, text, changes)
+        distances = trial.distances(text)
+        if ladder.judge.compared(fitted.distances, distances) is Gain.BETTER:
+            fitted = Answer(text, distances, changes, trial.model)
     return first if fitted is first else _refined(trial, training, ladder.judge, fitted)
 
 
@@ -92,14 +93,6 @@ def _by_joint(trial: Trial, judge: Judge, best: Answer, text: bytes, changes: tu
 
 REFINED = [TERMS[term][0] for term in FIELDS]
 """Attributes that are refined."""
-
-
-def _nearer(trial: Trial, judge: Judge, best: Answer, text: bytes, changes: tuple[Change, ...]) -> Answer:
-    """The version if it is nearer than the best one, else the best one."""
-    distances = trial.distances(text)
-    if judge.compared(best.distances, distances) is not Gain.BETTER:
-        return best
-    return Answer(text, distances, changes, trial.model)
 
 
 def _fitted(ladder: Ladder) -> Iterator[tuple[bytes, tuple[Change, ...]]]:
@@ -125,12 +118,7 @@ class DriveGains:
 
 
 def drive_gains(ladder: Ladder, trial: Trial) -> DriveGains | None:
-    """Gains of recorded currents; None if no currents were recorded, or if their gains are unknown.
-
-    Args:
-        ladder: Findings that are kept, and their fit.
-        trial: The held-out runs, with the stated gains.
-    """
+    """Gains of currents; None if none were recorded, or if the gains stated in the trial are unknown."""
     robot = trial.model.robot
     if not stated(robot) or not any(run.current for run in trial.runs):
         return None

@@ -9,14 +9,13 @@ import numpy as np
 from ..effects import CurrentOffset, Effect, ViscousFriction, name_of
 from ..effects.simulator_terms import JointTerms
 from ..errors import RobotError
-from ..export.mjcf_same import accepted, described, require_same
+from ..export.mjcf_patch import accepted, described, require_same
 from ..export.portable import Portable
 from ..model import Model
 from ..notebook import optional
 from ..robot_files.mjcf_names import actuators, enum_of
-from .callbacks import PURPOSE, library, register, release
-from .memory import Layout
-from .motors import MotorFriction
+from .callbacks import PURPOSE, Layout, library, register, release
+from .switched_off import MotorFriction
 from .torques import Share, Torques
 
 READ = ("qpos", "qvel", "qacc", "qfrc_passive", "qfrc_spring", "qfrc_gravcomp")
@@ -29,10 +28,8 @@ Pair = tuple[Effect, np.ndarray]
 def lacking(model: Any, arm: Model, payload: str = "") -> tuple[Portable, list[Pair]]:
     """The arm as a portable model, and the effects that MuJoCo's model lacks, with their values (p,).
 
-    Dry friction is among them, because MuJoCo models it by another law.
-
-    Raises:
-        RobotError: If the model describes another arm or has other values, or an effect cannot be attached.
+    Dry friction is among them, because MuJoCo models it by another law. Raises `RobotError` if the model
+    describes another arm or has other values, or if an effect cannot be attached.
     """
     wanted = Portable.of(arm, payload)
     held, _ = accepted(wanted)
@@ -161,17 +158,14 @@ class Attached:
         self._needs_load = any(effect.needs_load for effect, _ in self._motor_side)
         self._dry = model.dof_frictionloss[self._dofs].copy()
         self._of_motors = MotorFriction(model, [int(joint.id) for joint in joints])
-        self._evaluate_once(data)
-        register(model, self)
-        model.dof_frictionloss[self._dofs] = 0.0
-        self._of_motors.remove()
-
-    def _evaluate_once(self, data: Any) -> None:
-        """Evaluate all effects once here, because an exception inside a callback would be lost."""
+        # All effects are evaluated once here, because an exception inside a callback would be lost.
         state = self._state(int(data._address))
         self._torque(state)
         state.torques.memory.forget()
         state.transmitted.memory.forget()
+        register(model, self)
+        model.dof_frictionloss[self._dofs] = 0.0
+        self._of_motors.remove()
 
     def __enter__(self) -> "Attached":
         return self
@@ -186,14 +180,17 @@ class Attached:
         self._of_motors.restore()
 
     def passive(self, data: int) -> None:
-        """Add the forces; called by MuJoCo."""
+        """Add the forces; MuJoCo calls it after it has summed passive forces."""
         state = self._state(data)
         self._update(state)
         torque, state.drag[:] = self._torque(state)
         state.arrays["qfrc_passive"][self._dofs] -= torque
 
     def control(self, data: int) -> None:
-        """Make friction implicit by adding step times drag to the inertia; called by MuJoCo."""
+        """Make friction implicit by adding step times drag to the inertia.
+
+        MuJoCo calls it before actuators, in steps but not in inverse dynamics.
+        """
         state = self._state(data)
         state.arrays[self._inertia][self._diagonal] += self._model.opt.timestep * state.drag
         self._library.mj_factorM(self._model._address, data)
@@ -204,11 +201,10 @@ class Attached:
         pointer = self._layout.pointer(data, "qpos")
         if state is None or state.pointer != pointer:
             arrays = {name: self._layout.array(data, name) for name in self._layout.places}
-            torques, transmitted = (
-                Torques(self._robot, pairs) for pairs in (self._motor_side, self._transmitted)
-            )
+            motor_side = Torques(self._robot, self._motor_side)
+            transmitted = Torques(self._robot, self._transmitted)
             clock, zeros = self._layout.clock(data), np.zeros((3, len(self._dofs)))
-            state = State(data, torques, transmitted, arrays, pointer, clock, [np.inf], *zeros)
+            state = State(data, motor_side, transmitted, arrays, pointer, clock, [np.inf], *zeros)
             self._states[data] = state
         return state
 

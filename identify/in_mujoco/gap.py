@@ -26,14 +26,12 @@ from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from .answer import Answer, DriveGains, attached, drive_gains, file_alone
-from .distances import Distances, horizons_of
-from .judge import TOOL, Judge
+from .distances import TOOL, Distances, Judge, horizons_of
 from .ladder import Ladder, Stage
+from .mujoco_laws import with_servo_torque, with_solver_friction
 from .replay import POSITION, TORQUE, Run, what_is_commanded
 from .servo_changes import ServoChange
 from .servo_stage import ServoStage, servo_stage, unchanged
-from .servo_torque import with_servo_torque
-from .solver_friction import with_solver_friction
 from .trial import Source, Trial, require_unloaded, simulated_runs
 
 SERVOS = "servos of the file (gains, limits, delays of commands)"
@@ -101,41 +99,51 @@ def gap(
         ExidynError: If the runs cannot be used; the message gives the reason.
     """
     require_unloaded(recordings)
-    model = _by_servos_of_file(model)
-    recordings = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
     progress(StageText("servos", "identify the servos"))
-    joints, compiled = model.robot.joints, compile_mjcf(source.text.decode(), source.folder)
-    model = with_solver_friction(model, compiled)
+    judge, compiled = Judge(judge_by), compile_mjcf(source.text.decode(), source.folder)
+    arm = with_solver_friction(_by_servos_of_file(model), compiled)
+    runs = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
     # Simulations take the commands of the log. Its effort counts only if torque is commanded.
-    raw = [(role, with_servo_torque(compiled, run, joints)) for role, run in recordings]
-    commands = what_is_commanded(compiled, [run for _, run in raw], joints, commands)
+    raw = [(role, with_servo_torque(compiled, run, arm.robot.joints)) for role, run in runs]
+    commanded = what_is_commanded(compiled, [run for _, run in raw], arm.robot.joints, commands)
     with threadpool_limits(limits=1):  # the steps of one arm are too small for threads to pay off
-        servos = unchanged(source, model)
-        if commands == POSITION:
-            servos = servo_stage(source, model, recordings, raw, filtering, Judge(judge_by))
-        diagnosis, fitted = _diagnosed(servos, model, recordings, filtering, progress, as_recorded)
+        first = unchanged(source, arm)
+        if commanded == POSITION:
+            first = servo_stage(source, arm, runs, raw, filtering, judge)
+        diagnosis, fitted = _diagnosed(first, arm, runs, filtering, progress, as_recorded)
         of_arm, faults, beyond = _sorted(diagnosis)
-        if commands == TORQUE:
+        if commanded == TORQUE:
             raw = [(role, _without(run, diagnosis, faults)) for role, run in raw]
-        trial = Trial(servos.source, model, simulated_runs(raw, filtering, True), commands, servos.held)
-        training = replace(trial, runs=simulated_runs(raw, filtering, False))
-        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, Judge(judge_by))
-        servos = _with_identified_gains(ladder, servos, source, recordings, raw)
-        trial, training = (replace(of, source=servos.source, held=servos.held) for of in (trial, training))
+        judging, fitting = (simulated_runs(raw, filtering, held_out) for held_out in (True, False))
+        trial = Trial(first.source, arm, judging, commanded, first.held)
+        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, judge)
+        servos = _with_identified_gains(ladder, first, source, runs, raw)
+        trial = replace(trial, source=servos.source, held=servos.held)
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
         ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        file = file_alone(ladder, training, servos if commands == POSITION else None)
+        training = replace(trial, runs=fitting)
+        file = file_alone(ladder, training, servos if commanded == POSITION else None)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
-        diagnosis, commands, servos.held, horizons_of(trial.runs), tuple(trial.runs), original,
-        servos.changes, (*servo_stages, *ladder.stages), file, attached(ladder, file),
-        tuple(sentence(finding, diagnosis.joints) for finding in faults),
-        tuple(sentence(finding, diagnosis.joints) for finding in beyond),
-        tuple(ladder.negligible), drive_gains(ladder, trial), servos.undetermined,
-    )  # fmt: skip
+        diagnosis=diagnosis,
+        commands=commanded,
+        held=servos.held,
+        horizons=horizons_of(judging),
+        runs=judging,
+        original=original,
+        servos=servos.changes,
+        stages=(*servo_stages, *ladder.stages),
+        file=file,
+        attached=attached(ladder, file),
+        taken_out=tuple(sentence(finding, diagnosis.joints) for finding in faults),
+        beyond=tuple(sentence(finding, diagnosis.joints) for finding in beyond),
+        negligible=tuple(ladder.negligible),
+        drive_gains=drive_gains(ladder, trial),
+        undetermined=servos.undetermined,
+    )
 
 
 def _by_servos_of_file(model: Model) -> Model:
@@ -155,9 +163,7 @@ def _with_identified_gains(
     gained = ladder.with_gains(trial)
     if trial.commands != POSITION or gained is trial:
         return servos
-    servos = servo_stage(source, gained.model, recordings, raw, ladder.filtering, ladder.judge)
-    ladder.trial = replace(trial, source=servos.source, held=servos.held)
-    return servos
+    return servo_stage(source, gained.model, recordings, raw, ladder.filtering, ladder.judge)
 
 
 def _diagnosed(

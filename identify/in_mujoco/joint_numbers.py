@@ -29,11 +29,8 @@ FIELDS = {"dry": "dof_frictionloss", "armature": "dof_armature", "damping": "dof
 class JointNumbers:
     """The numbers of all joints of a robot in a file, and versions of them.
 
-    Args:
-        source: The file.
-        robot: The robot.
-        commands: `POSITION`, which servos follow, or `TORQUE`, which leaves numbers of servos out.
-        fixed: Whether the damping of servos is known, so that only that of joints changes.
+    Numbers of servos are left out if torque is commanded. With `fixed`, the damping of servos is known, so
+    that only that of joints changes.
     """
 
     def __init__(self, source: Source, robot: Robot, commands: str = POSITION, fixed: bool = False) -> None:

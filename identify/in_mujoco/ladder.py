@@ -27,8 +27,7 @@ from ..progress import StageText
 from ..recordings.recording import Recording
 from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
-from .distances import Distances
-from .judge import Gain, Judge
+from .distances import Distances, Gain, Judge
 from .replay import TORQUE
 from .trial import Trial
 
@@ -141,11 +140,7 @@ class Ladder:
         return not refused
 
     def step(self, findings: Sequence[Finding]) -> Step:
-        """Parameters fitted together with findings, and the file with what MJCF can express of them.
-
-        Raises:
-            ExidynError: The runs cannot be fitted, or the file cannot hold the result.
-        """
+        """Parameters fitted together with findings, and the file with what MJCF can express of them."""
         fit, standard = self._fit(findings)
         arm = replace(identified(fit, standard), measurements=())  # gears follow; sensors are not simulated
         source = self.trial.source

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arm.motion import Motion
 from ..model import Model
+from ..recordings.recording import interpolated
 from .replay import Run
 
 BLOCKS = 25
@@ -24,12 +25,8 @@ MOST = np.log(2.0)
 def joints_with_other_masses(runs: Sequence[Run], model: Model, delay: np.ndarray) -> np.ndarray:
     """Whether other masses explain the position errors of each joint much better, shape (n,).
 
-    By the Bayesian information criterion, each link's mass counts as a number.
-
-    Args:
-        runs: Runs with commands.
-        model: The arm that the file describes.
-        delay: Delay of the commands, shape (n,) [s].
+    By the Bayesian information criterion, each link's mass counts as a number. The runs have commands, with a
+    delay (n,) [s], and the model is the arm that the file describes.
     """
     parts = [_system(run, model, delay) for run in runs]
     error, friction, links = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -47,13 +44,7 @@ def joints_with_other_masses(runs: Sequence[Run], model: Model, delay: np.ndarra
 def _system(run: Run, model: Model, delay: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position errors (t, n), columns of friction and rotor (t, n, 4), and torques of links (t, n, l)."""
     assert run.command is not None
-    command = np.stack(
-        [
-            np.interp(run.time - late, run.time, column)
-            for late, column in zip(delay, run.command.T, strict=True)
-        ],
-        axis=1,
-    )
+    command = interpolated(run.time[:, None] - delay, run.time, run.command)
     acceleration = np.gradient(run.velocity, run.time, axis=0)
     motion = Motion.of(run.time, run.position, run.velocity, acceleration)
     slow = REVERSAL * np.sqrt(np.mean(run.velocity**2, axis=0)) + np.finfo(float).tiny

@@ -12,15 +12,14 @@ from ..export.mjcf_gears import TWIST
 from ..model import Model
 from ..preparation.prepare import Filtering, prepare
 from ..preparation.undelayed import without_delay
-from ..recordings.recording import Recording
+from ..recordings.recording import Recording, interpolated
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of, input_of, joint_name
+from ..robot_files.mjcf_names import enum_of, input_of, joint_names
 from .attached import Attached
 from .callbacks import PURPOSE, optional
-from .held import hold_others, mount
-from .motors import silence
+from .switched_off import hold_others, mount, silence
 
 POSITION, TORQUE = "position", "torque"
 """What is commanded: positions, which the servos of the file follow, or the measured torque."""
@@ -40,18 +39,12 @@ class Run(NamedTuple):
 
     @classmethod
     def of(cls, recording: Recording, filtering: Filtering) -> "Run":
-        """The run of a recording: its filtered motion, and its commands and effort at the times they acted.
-
-        Raises:
-            RecordingError: If the recording is too short or has no effort.
-        """
+        """Run of a recording: its filtered motion, and its commands and effort at the times they acted."""
         checked = check(recording)
         prepared = prepare(checked, filtering)
         # The time at which the servos received the commands, where the model states a delay of the recorder.
         time, command = prepared.motion.time, without_delay(checked).signals.get("command")
-        commanded = None
-        if command is not None:
-            commanded = _between(time, command.time, command.values)
+        commanded = None if command is None else command.at(time)
         return cls(
             recording.name, time, prepared.motion.position, prepared.motion.velocity, prepared.current,
             prepared.measures == "current", commanded, prepared.encoder_noise,
@@ -70,10 +63,6 @@ def what_is_commanded(
     """The requested kind of command; by default `POSITION` if runs and file support it, else `TORQUE`.
 
     Positions need commands in all runs and position servos for all joints.
-
-    Raises:
-        RecordingError: If positions are requested and a run has no commanded positions.
-        RobotError: If positions are requested and the file has no servos.
     """
     without_commands = [run.name for run in runs if "command" not in run.signals]
     has_servos = bool(servos(model, joints))
@@ -90,16 +79,11 @@ def what_is_commanded(
 
 
 class Simulator:
-    """The arm in MuJoCo, with the commands of recordings.
+    """The arm in MuJoCo, by the text of an MJCF, with commands of recordings: `POSITION` or `TORQUE`.
 
-    Args:
-        text: Text of the MJCF.
-        folder: Folder of the files that it refers to.
-        arm: The arm, with the drive gains that convert current to torque.
-        commands: `POSITION` or `TORQUE`.
-        attach: Whether to attach the effects that MJCF cannot express.
-        held: Whether commands are held from sample to sample; by default they are interpolated.
-        original: Gravity of the original file, see `held.weight`; a text with another one keeps it.
+    The drive gains of the arm convert current to torque. With `attach`, the effects act that MJCF cannot
+    express. With `held`, commands are held from sample to sample rather than interpolated. `original` is the
+    gravity of the original file, see `switched_off.weight`; a text with another one keeps it.
     """
 
     def __init__(
@@ -121,19 +105,16 @@ class Simulator:
         joints = [self.model.joint(name) for name in arm.robot.joints]
         self._qpos = [int(joint.qposadr[0]) for joint in joints]
         self._dofs = [int(joint.dofadr[0]) for joint in joints]
-        self._twists = self._twists_of(arm.robot.joints)
+        # MuJoCo's indices of the joints for the twists of elastic gears.
+        names = joint_names(self.model)
+        twists = [TWIST.format(joint) for joint in arm.robot.joints]
+        self._twists = [names.index(twist) for twist in twists if twist in names]
         self._servos = servos(self.model, arm.robot.joints) if commands == POSITION else []
         self._inputs = [input_of(self.model, servo) for servo in self._servos] or self._dofs
         self._held, self.delay = held, self._take_delays()
         if commands == TORQUE:
             silence(self.model, [int(joint.id) for joint in joints])
         self._attached = Attached(self.model, self._data, arm) if attach else None
-
-    def _twists_of(self, joints: Sequence[str]) -> list[tuple[int, int]]:
-        """Index of each joint with an elastic gear, and MuJoCo's index of the joint for its twist."""
-        names = [joint_name(self.model, joint) for joint in range(self.model.njnt)]
-        twists = [TWIST.format(joint) for joint in joints]
-        return [(index, names.index(name)) for index, name in enumerate(twists) if name in names]
 
     def _take_delays(self) -> np.ndarray:
         """Delays of the servos (n,) [s], which are applied to the commands of the recording instead.
@@ -188,12 +169,9 @@ class Simulator:
         ]
 
     def rolled(self, models: Sequence[Any], states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """Positions after each step of versions of the model, shape (r, k, n).
+        """Positions after each step of r versions of the model, shape (r, k, n).
 
-        Args:
-            models: Model of each of the r simulations.
-            states: Full state in which each starts, see `state_at`.
-            inputs: Inputs in all steps, shape (r, k, n).
+        Each starts in a state by `state_at`, and has inputs (r, k, n) in all steps.
         """
         control = np.zeros((*inputs.shape[:2], self.model.nu if self._servos else self.model.nv))
         control[:, :, self._inputs] = inputs
@@ -223,7 +201,7 @@ class Simulator:
         data.qacc[:] = 0.0
         data.qacc[self._dofs] = np.gradient(run.velocity[rows], run.time[rows], axis=0)[min(row, 1)]
         self._mujoco.mj_inverse(model, data)
-        for _, twist in self._twists:
+        for twist in self._twists:
             place, dof = int(model.jnt_qposadr[twist]), int(model.jnt_dofadr[twist])
             load, stiffness = data.qfrc_inverse[dof], model.jnt_stiffness[twist]
             half = model.jnt_range[twist][1] if model.jnt_limited[twist] else 0.0
@@ -244,14 +222,13 @@ class Simulator:
         They are positions with a delay of each servo (n,) [s], or joint torques in the middle of each step.
         """
         if not self._servos:
-            return _between(time + 0.5 * self.model.opt.timestep, run.time, run.torque(self._arm))
+            return interpolated(time + 0.5 * self.model.opt.timestep, run.time, run.torque(self._arm))
         assert run.command is not None
         gear, times = self.model.actuator_gear[self._servos, 0], time[:, None] - delay
         if held:
             places = np.searchsorted(run.time, times + TOUCHING, side="right") - 1
             return gear * np.take_along_axis(run.command, np.maximum(places, 0), axis=0)
-        columns = zip(times.T, run.command.T, strict=True)
-        return gear * np.stack([np.interp(at, run.time, column) for at, column in columns], axis=1)
+        return gear * interpolated(times, run.time, run.command)
 
 
 @contextmanager
@@ -265,16 +242,11 @@ def _quiet(mujoco: Any) -> Iterator[None]:
         mujoco.set_mju_user_warning(handler)
 
 
-def _between(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values (t, n) interpolated linearly at other times (k,), shape (k, n)."""
-    return np.stack([np.interp(time, known, column) for column in values.T], axis=1)
-
-
 def _at_samples(run: Run, first: int, last: int, time: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Positions of steps (s, n) at samples first + 1 to last of a run, shape (k, n)."""
     with np.errstate(invalid="ignore"):
         moments = run.time[first + 1 : last + 1] - run.time[first]
-        return np.nan_to_num(_between(moments, time, positions), nan=np.inf)
+        return np.nan_to_num(interpolated(moments, time, positions), nan=np.inf)
 
 
 TOUCHING = 1e-9

@@ -22,15 +22,9 @@ DIVERGED = 10.0
 
 
 class Rollouts:
-    """Windows of runs, and the errors of versions of joint numbers in them.
+    """Windows of runs, each of some seconds, and the errors of versions of joint numbers in them.
 
-    Args:
-        simulator: Simulation of the file.
-        numbers: Where joint numbers are in its model.
-        runs: Recorded runs.
-        usual: Usual error of each joint, shape (n,) [rad].
-        seconds: Duration of each window [s].
-        most: Maximum number of windows.
+    Errors are relative to the usual one of each joint (n,) [rad]; there are at most `most` windows.
     """
 
     def __init__(
@@ -62,13 +56,18 @@ class Rollouts:
     def errors(self, versions: Sequence[np.ndarray], held: bool) -> np.ndarray:
         """Simulated minus recorded positions over the usual ones of each joint, shape (v, w, m, n) [-].
 
-        Args:
-            versions: Joint numbers, shape (6, n) each.
-            held: Whether commands are held from sample to sample; otherwise they are interpolated.
+        Versions are joint numbers (6, n); commands are held from sample to sample, or else interpolated.
         """
         models = [self._version(values) for values in versions]
-        inputs = np.concatenate([self._inputs(values[DELAY], held) for values in versions])
-        count = len(self._windows)
+        # Inputs in every step of each window, version by version.
+        inputs_at, count = self._simulator.inputs_at, len(self._windows)
+        inputs = np.array(
+            [
+                inputs_at(run, run.time[row] + self._times, values[DELAY], held)
+                for values in versions
+                for run, row in self._windows
+            ]
+        )
         position = self._simulator.rolled(
             [model for model in models for _ in range(count)], np.tile(self._states, (len(models), 1)), inputs
         )[:, self._rows].reshape(len(models), *self._real.shape)
@@ -80,11 +79,6 @@ class Rollouts:
         self._numbers.set(model, values)
         self._mujoco.mj_setConst(model, self._data)
         return model
-
-    def _inputs(self, delay: np.ndarray, held: bool) -> np.ndarray:
-        """Inputs in every step of each window, shape (w, k, n)."""
-        inputs = self._simulator.inputs_at
-        return np.array([inputs(run, run.time[row] + self._times, delay, held) for run, row in self._windows])
 
 
 def _windows(runs: Sequence[Run], seconds: float, most: float) -> list[tuple[Run, int]]:

@@ -60,13 +60,9 @@ def determined(fit: ServoFit) -> np.ndarray:
     return np.asarray(physical & (std < DETERMINED * np.abs(stiffness)))
 
 
-def _sure(joints: int) -> float:
-    """Standard deviations that no number of all servos exceeds by chance, with 95 % confidence."""
-    return float(norm.ppf(1.0 - 0.025 / (joints * len(BY_TORQUE))))
-
-
 def _changes(law: ServoLaw, std: ServoLaw, file: ServoLaw, known: np.ndarray) -> Iterator[ServoChange]:
-    sure = _sure(len(known))
+    # Standard deviations that no number of all servos exceeds by chance, with 95 % confidence.
+    sure = float(norm.ppf(1.0 - 0.025 / (len(known) * len(BY_TORQUE))))
     for joint in np.flatnonzero(known).tolist():
         for quantity in BY_TORQUE:
             name = QUANTITIES[quantity]

@@ -18,8 +18,8 @@ from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
+from .distances import Gain, Judge
 from .joint_numbers import DELAY, KP, LIMIT, JointNumbers
-from .judge import Gain, Judge
 from .ladder import FARTHER
 from .replay import POSITION
 from .servo_changes import DELAY as LATER
@@ -59,13 +59,8 @@ def servo_stage(
 ) -> ServoStage:
     """Identify the servos from the runs that are not held out, and write what differs into the file.
 
-    Args:
-        source: The file.
-        model: The arm that it describes.
-        recordings: Role and recording of each run.
-        raw: These recordings, each with a torque.
-        filtering: Filters.
-        judge: What decides whether the changes are written, on the held-out runs.
+    Runs are a role and a recording each; those in `raw` have a torque. The judge decides on the held-out runs
+    whether the changes are written.
     """
     used = [run for role, run in recordings if role != HELD_OUT and "command" in run.signals]
     numbers = JointNumbers(source, model.robot)

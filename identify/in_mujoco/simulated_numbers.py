@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..text_table import NORMAL_95
-from .distances import HORIZONS
+from .distances import HORIZONS, MATERIAL, SURE
 from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT, JointNumbers
-from .judge import MATERIAL, SURE
 from .other_masses import MOST, joints_with_other_masses
 from .replay import POSITION, Run
 from .rollouts import SECONDS, Rollouts
@@ -70,12 +69,8 @@ def simulated_numbers(
 ) -> Simulated:
     """Fit joint numbers to the training runs, and keep those of which the judging runs get better.
 
-    Args:
-        numbers: The numbers of the file.
-        training: Runs to which numbers are fitted.
-        judging: Other runs.
-        text: Version of the file whose bodies are simulated, and with whose numbers the fit starts.
-        known: Rows that are not fitted.
+    `text` is the version of the file whose bodies are simulated, and with whose numbers the fit starts; the
+    rows in `known` are not fitted.
     """
     version = JointNumbers(numbers.source._replace(text=text), numbers.robot, training.commands)
     return _Search(numbers, training, judging, text, known).result(version.values)
@@ -98,11 +93,8 @@ class _Search:
         self.period = max(float(np.median(np.diff(run.time))) for run in runs)
         self.size, self.floor = usual_sizes(runs, self.training), np.zeros(self.file.shape)
         positions = self.training.commands == POSITION
-        self.usual = (
-            self.size[DRY]
-            if positions
-            else np.std(np.concatenate([run.position for run in runs]), axis=0) + TINY
-        )
+        moved = np.std(np.concatenate([run.position for run in runs]), axis=0) + TINY
+        self.usual = self.size[DRY] if positions else moved
         accuracy = 0.5 * ACCURACY * self.period
         self.floor[LOGARITHMIC], self.floor[DELAY] = accuracy, CYCLE * self.period
         self.floor[list(FRICTION)] = FINER * accuracy * self.file[list(FRICTION)]
@@ -257,9 +249,9 @@ class _Search:
             free.append(values[KP] * (acting - run.position) - values[DAMPING] * run.velocity)
         low, high = np.quantile(np.abs(np.concatenate(free)), QUANTILES, axis=0)
         limits = np.geomspace(low, high, LIMITS)
-        versions = [values] + [
-            np.vstack([values[:LIMIT], limit[None], values[LIMIT + 1 :]]) for limit in limits
-        ]
+        versions = [values.copy() for _ in range(1 + LIMITS)]
+        for version, limit in zip(versions[1:], limits, strict=True):
+            version[LIMIT] = limit
         chosen, best = self._best(self.fits, versions)
         return chosen, best > 0
 

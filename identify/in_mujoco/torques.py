@@ -27,12 +27,7 @@ class Share(NamedTuple):
 
 
 class Torques:
-    """Effects with their values, and the memory of those that have one.
-
-    Args:
-        robot: The arm.
-        effects: Pairs of an effect without inertia and its parameters (p,).
-    """
+    """Effects without inertia, each with its parameters (p,), and the memory of those that have one."""
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]]) -> None:
         self.memory = EffectMemory(robot, effects)

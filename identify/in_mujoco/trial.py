@@ -18,8 +18,8 @@ from ..recordings.recording import Recording
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law
 from .distances import Distances, distances
-from .held import weight
 from .replay import POSITION, Run, Simulator
+from .switched_off import weight
 
 
 class Source(NamedTuple):
@@ -42,7 +42,7 @@ class Trial:
 
     @cached_property
     def weight(self) -> np.ndarray:
-        """Gravity of the file and its compensation, see `held.weight`."""
+        """Gravity of the file and its compensation, see `switched_off.weight`."""
         return weight(compile_mjcf(self.source.text.decode(), self.source.folder))
 
     @cached_property
@@ -69,14 +69,7 @@ class Trial:
 
 
 def require_unloaded(recordings: Sequence[tuple[str, Recording]]) -> None:
-    """Check that runs can be simulated: some that are fitted, and some that judge.
-
-    Args:
-        recordings: Role and recording of each run.
-
-    Raises:
-        RecordingError: If no run without a payload is held out, or none is fitted.
-    """
+    """Require that runs, each a role and a recording, can be simulated: some are fitted, and some judge."""
     if not any(role == HELD_OUT for role, _ in recordings):
         raise RecordingError(
             "no run is held out to decide which findings help: add one that is not fitted, --validate RUN"

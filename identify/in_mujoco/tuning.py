@@ -71,13 +71,9 @@ class Tuning:
     def fitted(
         self, values: np.ndarray, free: np.ndarray, tied: Sequence[int] = (), most: int = STEPS
     ) -> np.ndarray:
-        """Numbers of the least squared errors, shape (6, n).
+        """Numbers of the least squared errors, shape (6, n), from `values`, of which only the `free` change.
 
-        Args:
-            values: Numbers with which the fit starts, shape (6, n).
-            free: Which of them are fitted, shape (6, n).
-            tied: Rows of which all joints move by the same step.
-            most: Maximum number of steps.
+        In the `tied` rows, all joints move by the same step; there are at most `most` steps.
         """
         point = to_ratios(to_coordinates(values), free)
         for _ in range(most):
@@ -143,9 +139,8 @@ class Tuning:
         for joint in range(point.shape[1]):
             rows = np.flatnonzero(free[:, joint])
             columns = jacobian[:, :, joint][rows].T
-            scores = (
-                (columns * residual[:, joint, None]).reshape(len(self.rollouts), MOMENTS, len(rows)).sum(1)
-            )
+            products = columns * residual[:, joint, None]
+            scores = products.reshape(len(self.rollouts), MOMENTS, len(rows)).sum(1)
             information = columns.T @ columns + variance[joint] * np.diag(deviation[rows, joint] ** -2.0)
             inverse = np.linalg.pinv(information, hermitian=True)
             count = len(self.rollouts) / max(len(self.rollouts) - len(rows), 1)
@@ -190,10 +185,8 @@ class Tuning:
         shares: np.ndarray,
     ) -> list[np.ndarray]:
         """Damped Gauss-Newton steps, shape (6, n) each."""
-        weight, count = (
-            len(self.rollouts) / (np.sum(residual**2, axis=0) + np.finfo(float).tiny),
-            point.shape[1],
-        )
+        weight = len(self.rollouts) / (np.sum(residual**2, axis=0) + np.finfo(float).tiny)
+        count = point.shape[1]
         gradient = np.einsum("kmj,mj->kj", jacobian, residual) * weight + prior.moved(point) / prior.deviation
         blocks = np.einsum("kmj,lmj->jkl", jacobian, jacobian) * weight[:, None, None]
         information = np.zeros((6, count, 6, count))

@@ -58,14 +58,11 @@ def floating(
     gap: float,
     teeth: tuple[float, float],
 ) -> Twist:
-    """Twist of a link with play; soft teeth also bend under the load.
+    """Twist of a link with play of full width `gap` [rad]; soft teeth also bend under the load.
 
-    Args:
-        link: Inertia, damping and gravity stiffness of the link without its gear, each (t,); see `bent`.
-        load: Torque that a rigid gear would transmit, shape (t,) [N m].
-        step: Sampling period [s].
-        gap: Full width of the play [rad].
-        teeth: Resonance [Hz] and damping ratio [-] of the link on its teeth.
+    `link` are inertia, damping and gravity stiffness of the link without its gear, each (t,), see `bent`. A
+    rigid gear would transmit `load` (t,) [N m]. `teeth` are resonance [Hz] and damping ratio of the link on
+    its teeth [-], and `step` is the sampling period [s].
     """
     inertia, drag, weight = link
     (resonance, ratio), on_teeth = teeth, None

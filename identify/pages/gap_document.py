@@ -20,9 +20,8 @@ from ..document.document import (
     Statements,
     Table,
 )
-from ..in_mujoco.distances import Distances
+from ..in_mujoco.distances import ON_AXIS, Distances, Gain
 from ..in_mujoco.gap import Gap
-from ..in_mujoco.judge import ON_AXIS, Gain
 from ..in_mujoco.replay import POSITION
 from ..text_table import digits
 from .diagnosis_plots import KEYS

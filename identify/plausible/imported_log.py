@@ -10,8 +10,8 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import BadTime, RecordingError
 from ..model import Model
+from ..recordings.misread_columns import unwrapped
 from ..recordings.recording import EFFORT, SIGNALS, Recording
-from ..recordings.restored_columns import unwrapped
 from ..recordings.servo_error import COMMAND
 from ..recordings.tables.column_names import Family
 from ..recordings.tables.import_table import import_values

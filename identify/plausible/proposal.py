@@ -9,11 +9,11 @@ import numpy as np
 
 from ..model import Model
 from ..recordings.effort_checks import unmeasured_words, unread
+from ..recordings.misread_columns import unit_questions
 from ..recordings.recording import EFFORT, Recording
 from ..recordings.tables.column_names import MEASURED, STAMPS, Family, families, unit_of, words_of
 from ..recordings.tables.preset import Reading
 from ..recordings.units import COMMANDS
-from ..recordings.wrong_unit import unit_questions
 from ..text_table import digits
 from .described_bodies import described
 from .evidence import Reading as Evidence

@@ -7,7 +7,7 @@ import numpy as np
 from ..arm.robot import Robot
 from ..errors import NotFinite, NotRecorded, RecordingError
 from ..recordings.effort_checks import unmeasured_words
-from ..recordings.recording_findings import LARGEST, is_number
+from ..recordings.incomplete_samples import LARGEST, is_number
 from ..recordings.tables.column_names import families
 from ..recordings.tables.name_index import column_words, named_joints
 

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from ..arm.robot import Robot
+from ..recordings.misread_columns import in_percent
 from ..recordings.units import FACTORS, percent_of_travel
-from ..recordings.wrong_unit import in_percent
 from ..text_table import digits
 from .samples import runs_of
 

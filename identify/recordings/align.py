@@ -60,9 +60,7 @@ class Alignment:
 def align(recording: Recording, run: Recording) -> Alignment:
     """Offset by `nearest` between a recording, such as a trace, and the run to whose clock it is aligned.
 
-    Raises:
-        DifferentRobot: The joints differ.
-        RecordingError: There is no common motion, the runs differ, or the motion repeats itself.
+    Raises `RecordingError` if the runs differ, or if their motion repeats itself.
     """
     alignment, distance = nearest(recording, run)
     worst = float(alignment.difference.max())
@@ -85,14 +83,8 @@ def nearest(recording: Recording, run: Recording) -> tuple[Alignment, float]:
 
     The offset is found on a grid by correlation, and then refined by least squares on a spline. Its standard
     deviation comes from the scatter between pieces of the overlap, which includes differences that are not
-    white noise.
-
-    Returns:
-        Alignment, and distance to another offset at which they agree equally well [s]; zero if there is none.
-
-    Raises:
-        DifferentRobot: The joints differ.
-        RecordingError: There is no common motion.
+    white noise. Beside the alignment is the distance to another offset at which they agree equally well [s];
+    zero if there is none. Raises `RecordingError` without common motion.
     """
     if recording.robot.joints != run.robot.joints:
         raise DifferentRobot(
@@ -134,7 +126,10 @@ def aligned(recording: Recording, run: Recording) -> Recording:
 
 def _coarse(recording: Recording, run: Recording, step: float) -> tuple[float, float]:
     """Best offset in whole steps, and distance to another equally good offset [s]; zero if there is none."""
-    trace, reference = (_even(source.signals["position"], step) for source in (recording, run))
+    trace, reference = (
+        CubicSpline(signal.time, signal.values)(np.arange(signal.time[0], signal.time[-1], step))
+        for signal in (recording.signals["position"], run.signals["position"])
+    )
     count = round(OVERLAP * min(len(trace), len(reference)))
     lags = np.arange(count - len(trace), len(reference) - count + 1)
     mean, power = _disagreement(trace, reference, lags)
@@ -161,12 +156,6 @@ def _first(mean: np.ndarray, good: float, preference: np.ndarray, time: np.ndarr
     """
     preferred = int(np.argmax(np.where(mean <= good, preference, -np.inf)))
     return int(np.argmin(np.where(np.abs(time - time[preferred]) <= NEAR, mean, np.inf)))
-
-
-def _even(signal: Signal, step: float) -> np.ndarray:
-    """Positions resampled at even steps, shape (t, n)."""
-    time = np.arange(signal.time[0], signal.time[-1], step)
-    return CubicSpline(signal.time, signal.values)(time)
 
 
 def _disagreement(
@@ -232,15 +221,12 @@ def follows_by(command: Signal, position: Signal) -> float:
         return float("nan")
     time, values = position.time[rows], position.values[rows]
     latencies = np.arange(0.0, LONGEST + 0.5 * LATENCY_STEP, LATENCY_STEP)
-    squares = np.array([_distance(command, time - latency, values) for latency in latencies])
+    squares = []
+    for latency in latencies:
+        away = values - command.at(time - latency)
+        squares.append(float(np.sum((away - away.mean(axis=0)) ** 2)))
     best = int(np.argmin(squares))
     if best in (0, len(squares) - 1):
         return float(latencies[best]) if best == 0 else float("nan")
     before, here, after = squares[best - 1 : best + 2]
     return float(latencies[best] + 0.5 * LATENCY_STEP * (before - after) / (before - 2.0 * here + after))
-
-
-def _distance(command: Signal, time: np.ndarray, values: np.ndarray) -> float:
-    """Sum of squared differences between positions and commands, less the mean of each joint [rad^2]."""
-    away = values - command.at(time)
-    return float(np.sum((away - away.mean(axis=0)) ** 2))

@@ -61,9 +61,8 @@ class Clock(NamedTuple):
 
     def facts(self, stamps: np.ndarray) -> Iterator[str]:
         """Sentences about the stamps (t,) [s] and their correction."""
-        doubt = (
-            "" if self.certain else f". Their clock is unclear: they are kept; if the rate is known, {OPTION}"
-        )
+        unclear = f". Their clock is unclear: they are kept; if the rate is known, {OPTION}"
+        doubt = "" if self.certain else unclear
         if self.steps:
             steps = ", ".join(f"{size:+.3f} s at {stamps[sample - 1]:.3f} s" for sample, size in self.steps)
             yield (
@@ -106,11 +105,9 @@ def signals_by_stamps(recording: Recording) -> list[list[str]]:
 
 
 def regular_clock(stamps: np.ndarray, values: np.ndarray) -> Clock | None:
-    """Regular clock of samples whose stamps are not their times; None if the stamps may be true.
+    """Regular clock of samples whose stamps (t,) [s] are not their times; None if the stamps may be true.
 
-    Args:
-        stamps: Time stamps, shape (t,) [s].
-        values: Smooth values, preferably positions, shape (t, n); NaN if unknown.
+    `values` (t, n) are smooth, preferably positions; NaN if unknown.
     """
     values = values[:, (np.abs(values) < LARGEST).all(axis=0)]
     if len(stamps) < FEWEST or not values.size or not np.isfinite(stamps).all():

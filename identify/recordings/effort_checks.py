@@ -7,8 +7,8 @@ import numpy as np
 
 from ..errors import NotRecorded
 from ..schema import LARGEST
+from .incomplete_samples import finite, is_number
 from .recording import EFFORT, Recording, Signal
-from .recording_findings import finite, is_number
 from .servo_error import is_servo_error
 
 CLIPPED_SAMPLES = 20
@@ -38,11 +38,7 @@ def effort_warnings(recording: Recording) -> Iterator[str]:
 
 
 def check_alive(recording: Recording) -> Recording:
-    """The recording, if every motor's current changes.
-
-    Raises:
-        NotRecorded: One is constant; as a torque it would mean that the joint weighs nothing.
-    """
+    """The recording, if every motor's current changes; a constant one would mean a weightless joint."""
     constant = [warning for effort in _efforts(recording) for warning in _constant(recording, *effort)]
     if constant:
         raise NotRecorded(
@@ -76,10 +72,8 @@ def _constant(recording: Recording, name: str, signal: Signal) -> list[str]:
 def still_at(values: np.ndarray) -> np.ndarray:
     """The value of each column (t, n) in all samples, shape (n,); NaN where it changes, or has none."""
     known = is_number(values)
-    lowest, highest = (
-        function(values, axis=0, where=known, initial=start)
-        for function, start in ((np.min, np.inf), (np.max, -np.inf))
-    )
+    lowest = np.min(values, axis=0, where=known, initial=np.inf)
+    highest = np.max(values, axis=0, where=known, initial=-np.inf)
     return np.where(lowest == highest, lowest, np.nan)
 
 

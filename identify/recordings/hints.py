@@ -25,11 +25,6 @@ class Hint(NamedTuple):
     words: str
     options: Options
 
-    def with_hint(self, other: "Hint") -> "Hint":
-        """Both hints."""
-        units = {"units": {**self.options.get("units", {}), **other.options.get("units", {})}}
-        return Hint(f"{self.words} and {other.words}", {**self.options, **other.options, **units})
-
     @property
     def text(self) -> str:
         """The options on the command line, and in Python."""
@@ -76,7 +71,14 @@ def _hints(robot: Robot, options: Options) -> Iterator[Hint]:
     yield from times
     yield from (Hint(unit, {"units": {s: unit}}) for s, unit in EFFORTS if s not in stated)
     yield Hint("a log without time", {"rate": 100.0})
-    yield from (position.with_hint(time) for position, time in product(positions, times))
+    for position, time in product(positions, times):
+        yield Hint(f"{position.words} and {time.words}", _merged(position.options, time.options))
+
+
+def _merged(options: Options, more: Options) -> Options:
+    """Both options, with the units of both."""
+    units = {**options.get("units", {}), **more.get("units", {})}
+    return {**options, **more, **({"units": units} if units else {})}
 
 
 TIMES = (("milliseconds", "ms"), ("microseconds", "us"), ("nanoseconds", "ns"))
@@ -104,9 +106,8 @@ def _works(
     function: Callable[..., list[Recording]], source: Any, model: Model, options: Options, hint: Hint
 ) -> bool:
     """Whether a log can be imported with a hint."""
-    units = {"units": {**options.get("units", {}), **hint.options.get("units", {})}}
     try:
-        runs = function(source, model, **{**options, **hint.options, **(units if units["units"] else {})})
+        runs = function(source, model, **_merged(options, hint.options))
     except (RecordingError, TypeError):  # TypeError: this importer has no such option
         return False
     longest = max(runs, key=lambda run: run.duration, default=None)

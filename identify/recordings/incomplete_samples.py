@@ -11,13 +11,24 @@ import numpy as np
 
 from ..errors import NotFinite
 from .recording import EFFORT, Recording, Signal
-from .recording_findings import is_number
 
 NEEDED = ("position", *EFFORT)
 """Signals that identification needs; damage in them is an error."""
 TAKEN_SLOWLY = ("temperature",)
 """Signals that change over minutes: controllers ask one motor after another, and what is asked in the next
 tenth of a second may be taken for now."""
+LARGEST = 1e15
+"""Maximum magnitude of any signal in any unit, whose square is still finite."""
+
+
+def finite(column: np.ndarray) -> np.ndarray:
+    """Values of a column that are numbers."""
+    return column[is_number(column)]
+
+
+def is_number(values: np.ndarray) -> np.ndarray:
+    """Whether values are finite numbers below `LARGEST`, bool of the same shape."""
+    return np.abs(values) < LARGEST  # false for NaN and infinity
 
 
 def without_silence(recording: Recording) -> Recording:

@@ -47,6 +47,13 @@ def _to_nanoseconds(time: np.ndarray) -> np.ndarray:
         return np.array(np.rint(np.asarray(time, float) * 1e9) / 1e9)
 
 
+def interpolated(time: np.ndarray, known: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (t, n) interpolated linearly at other times, (k,) or (k, n) if joints differ, shape (k, n)."""
+    times = np.broadcast_to(time.T, (values.shape[1], len(time)))
+    columns = zip(times, values.T, strict=True)
+    return np.stack([np.interp(at, known, column) for at, column in columns], axis=1)
+
+
 def _set_arrays(value: object, **arrays: np.ndarray) -> None:
     """Set fields of a frozen dataclass to read-only arrays."""
     for name, array in arrays.items():
@@ -78,7 +85,7 @@ class Signal:
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Values at other times (t,) [s], interpolated linearly, shape (t, n)."""
-        return np.stack([np.interp(time, self.time, column) for column in self.values.T], axis=1)
+        return interpolated(time, self.time, self.values)
 
     @property
     def period(self) -> float:

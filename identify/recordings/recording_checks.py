@@ -14,9 +14,9 @@ from ..arm.robot import Limits
 from ..errors import BadUnit
 from .arrival_times import signals_by_stamps, with_regular_clocks
 from .effort_checks import effort_warnings
-from .incomplete_samples import without_impossible, without_repeats, without_silence
+from .incomplete_samples import finite, without_impossible, without_repeats, without_silence
 from .recording import Recording
-from .recording_findings import findings, finite
+from .recording_findings import findings
 from .restored_signals import restored, without_saturated
 
 GAP = 1.5
@@ -70,7 +70,10 @@ class DerivedWarning(str):
 
 
 def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording:
-    derived = [DerivedWarning(warning) for warning in (*_derived(recording), *impossible)]
+    facts = [*_stopped(recording), *_gaps(recording)]
+    if len(recording.signals["position"]):
+        facts += _beyond_limits(recording)
+    derived = [DerivedWarning(fact) for fact in (*facts, *effort_warnings(recording), *impossible)]
     # Gaps are counted anew, since samples may have been lost since.
     valid = (
         warning
@@ -78,14 +81,6 @@ def _with_warnings(recording: Recording, impossible: Sequence[str]) -> Recording
         if warning in derived or not isinstance(warning, DerivedWarning)
     )
     return replace(recording, warnings=tuple(valid)).with_warnings(*derived)
-
-
-def _derived(recording: Recording) -> list[str]:
-    """Warnings that follow from the signals and the outcome."""
-    warnings = [*_stopped(recording), *_gaps(recording)]
-    if len(recording.signals["position"]):
-        warnings += _beyond_limits(recording)
-    return [*warnings, *effort_warnings(recording)]
 
 
 def _stopped(recording: Recording) -> list[str]:

@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import BadTime, BadUnit, NotFinite, RecordingError
+from .incomplete_samples import LARGEST, finite, is_number
+from .misread_columns import angle_advice
 from .recording import EFFORT, SIGNALS, Recording, Signal
-from .steps_back import Remedy, advice, remedy, steps_back
-from .wrong_unit import angle_advice
+from .time_order import Remedy, advice, remedy, steps_back
 
 SLOWEST = 0.5
 """Maximum median period of positions or currents [s]. At 2 Hz an arm's motion is not resolved, but any usual
@@ -41,9 +42,6 @@ briefly by a small factor. In mA, a joint that uses a fiftieth of its limit exce
 
 HOTTEST = 200.0
 """Maximum temperature of a motor [degC]; in kelvin every motor exceeds it."""
-
-LARGEST = 1e15
-"""Maximum magnitude of any signal in any unit, whose square is still finite."""
 
 LONGEST = 1e9
 """Maximum duration of a run [s]; nine times as many nanoseconds do not fit into 64 bits."""
@@ -80,16 +78,6 @@ def findings(recording: Recording) -> Iterator[Finding]:
         yield from _speed(recording)
     yield from _torque(recording)
     yield from _temperature(recording)
-
-
-def finite(column: np.ndarray) -> np.ndarray:
-    """Values of a column that are numbers."""
-    return column[is_number(column)]
-
-
-def is_number(values: np.ndarray) -> np.ndarray:
-    """Whether values are finite numbers below `LARGEST`, bool of the same shape."""
-    return np.abs(values) < LARGEST  # false for NaN and infinity
 
 
 def _not_finite(recording: Recording, name: str, signal: Signal) -> Iterator[Finding]:
@@ -149,16 +137,14 @@ def _turns(recording: Recording) -> Iterator[Finding]:
     columns = recording.signals["position"].values.T
     peak = np.array([np.max(np.abs(finite(column)), initial=0.0) for column in columns])
     for joint in np.flatnonzero(peak > allowed):
-        unit = "rad" if revolute[joint] else "m"
+        name, unit = recording.robot.joints[joint], "rad" if revolute[joint] else "m"
         others = columns[revolute & (np.arange(len(columns)) != joint)]
-        name = recording.robot.joints[joint]
         words = angle_advice(name, columns[joint], others) if revolute[joint] else ""
-        question = f"Is it in another unit than {unit}?"
         yield Finding(
             BadUnit,
-            f"{recording.robot.joints[joint]} is at {peak[joint]:g} {unit}, which it cannot reach (at most "
-            f"{allowed[joint]:.3g} {unit} is possible)",
-            words or question,
+            f"{name} is at {peak[joint]:g} {unit}, which it cannot reach (at most {allowed[joint]:.3g} "
+            f"{unit} is possible)",
+            words or f"Is it in another unit than {unit}?",
             not words,
         )
 

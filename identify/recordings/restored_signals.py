@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from .incomplete_samples import is_number
+from .misread_columns import GRIPPERS, Restored, in_ticks, signed, signed_like, unwrapped
 from .recording import EFFORT, Recording, Signal
-from .recording_findings import is_number
-from .restored_columns import Restored, signed, signed_like, unwrapped
-from .wrong_unit import GRIPPERS, in_ticks
 
 REPEATED = 0.3
 """Share of samples that repeat the previous one in all joints above which a log outpaces its sensor."""

@@ -120,13 +120,10 @@ class Motion(NamedTuple):
         return cls(change, 0.5 * (before + behind), np.linalg.norm(behind - before, axis=1))
 
     def lost(self, stretch: np.ndarray, by_stamps: int, size: float, known: np.ndarray) -> np.ndarray:
-        """Number of lost samples at each place of a stretch.
+        """Number of lost samples at each place (k,) of a stretch between samples.
 
-        Args:
-            stretch: Places between samples, shape (k,).
-            by_stamps: Place in the stretch at which the stamps jump.
-            size: Jump of the earliest stamps, in periods.
-            known: Steps of the numbers, shape (t - 1,).
+        The stamps jump at the place `by_stamps`, the earliest by `size` in periods; `known` (t - 1,) are the
+        steps of the numbers.
         """
         velocity, none = self.velocity[stretch], np.zeros(len(stretch), int)
         speed = np.maximum(np.linalg.norm(velocity, axis=1), STILL)

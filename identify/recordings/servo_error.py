@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arm.robot import PositionServo, Robot
 from ..errors import RecordingError
-from .recording import EFFORT, Recording, Signal
+from .recording import EFFORT, Recording, Signal, interpolated
 
 COMMAND = "command"
 """Kind of effort of such logs."""
@@ -62,11 +62,7 @@ def lacks_effort(signals: Mapping[str, Signal], robot: Robot) -> bool:
 
 
 def with_servo_error(signals: Mapping[str, Signal], servo: PositionServo, where: str) -> dict[str, Signal]:
-    """Signals in which the servo error, of positions and commands, replaces any effort as a current.
-
-    Raises:
-        RecordingError: There is no command, or its columns are not commands; see `no_commands`.
-    """
+    """Signals in which the servo error, of positions and commands, replaces any effort as a current."""
     if "command" not in signals:
         raise RecordingError(
             f"{where} has no commanded position, which --effort {COMMAND} needs; name its columns by "
@@ -117,9 +113,7 @@ def delayed_command(recording: Recording, seconds: np.ndarray) -> Recording | No
     servo, command = recording.robot.servo, recording.signals.get("command")
     if servo is None or command is None or recording.settings.get(LAW) != servo_words(servo):
         return None
-    values = np.array(command.values)
-    for joint, later in enumerate(seconds):
-        values[:, joint] = np.interp(command.time - later, command.time, command.values[:, joint])
+    values = interpolated(command.time[:, None] - seconds, command.time, command.values)
     signals = {**recording.signals, "command": Signal(command.time, values)}
     return replace(recording, signals=_by_law(signals, servo))
 

@@ -89,13 +89,8 @@ _BY_NAME |= {_bare(name): UNITS[unit] for unit, names in SPELLINGS.items() for n
 def percent_of_travel(limits: Limits, lowest: float | np.ndarray = -100.0) -> tuple[np.ndarray, np.ndarray]:
     """Scale and zero of positions in percent of each joint's travel: position = (value - zero) * scale.
 
-    Args:
-        limits: Limits of the joints; a joint without limits has no travel.
-        lowest: Value at the lower limit, one for all joints or shape (n,); at the upper limit it is 100.
-
-    Returns:
-        Scale [rad or m per percent] and zero, the value at position 0, shape (n,) each; NaN for joints
-        without travel.
+    `lowest` is the value at the lower limit, one or shape (n,); at the upper limit it is 100. Returns the
+    scale [rad or m per percent] and the value at position 0, shape (n,) each; NaN for joints without limits.
     """
     lower, upper = limits.position_lower, limits.position_upper
     travel = np.where(np.isfinite(upper) & np.isfinite(lower) & (upper > lower), upper - lower, np.nan)
@@ -170,11 +165,8 @@ def to_axes_of_robot(
     """Convert a controller's coordinates to those of the robot's description: sign * position + zero.
 
     Torques and velocities only change their sign. Currents stay unchanged: the drive gain has their sign.
-
-    Args:
-        recording: Recording in the controller's coordinates.
-        sign: 1 or -1 per joint; by default all 1.
-        zero: Position in the robot's description at the controller's zero, one per joint [rad; m].
+    Signs are 1 or -1, by default 1; zeros are positions in the robot's description at the controller's zero
+    [rad; m].
     """
     n = recording.robot.dof
     signs = np.ones(n) if sign is None else np.asarray(sign, float)

@@ -33,9 +33,8 @@ def commented_text(model: Model) -> str:
     text = model_text(model)
     rigid_body = f'name = "{RIGID_BODY}"' in text  # a file needs this row only for its parameters
     effects = [effect for effect in model.effects if rigid_body or not effect.of_links]
-    return (
-        "\n".join([*_comment(HEAD), "", *_lines(text, model, iter([*effects, *model.measurements]))]) + "\n"
-    )
+    lines = _lines(text, model, iter([*effects, *model.measurements]))
+    return "\n".join([*_comment(HEAD), "", *lines]) + "\n"
 
 
 def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
@@ -46,7 +45,9 @@ def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
             table = line
             effect = next(effects) if table in ROWS else None
             yield from _comment("" if table in seen else TITLES.get(table, ""))
-            yield from _comment(_title(effect) if effect else "")
+            if effect is not None:  # the first line of the docstring of its module
+                title = (sys.modules[type(effect).__module__].__doc__ or "").partition("\n")[0]
+                yield from _comment(title.replace(" (the paper's section V.B)", ""))
             explained = table in seen and effect is None
             seen.add(table)
         elif line and (effect or table == "" or not explained):
@@ -61,15 +62,6 @@ def _of_key(table: str, key: str, effect: Row | None, model: Model) -> str:
     described = _attributes(effect).get(key, "") if effect is not None else ""
     text = KEYS[table].get(key, "") or described
     return text[:1].upper() + text[1:]
-
-
-def _title(effect: Row) -> str:
-    """First line of the docstring of an effect's module."""
-    return (
-        (sys.modules[type(effect).__module__].__doc__ or "")
-        .partition("\n")[0]
-        .replace(" (the paper's section V.B)", "")
-    )
 
 
 def _parameters(effect: Effect, model: Model) -> str:

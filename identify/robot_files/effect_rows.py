@@ -167,11 +167,7 @@ def findings_text(rows: Sequence[FindingRow]) -> str:
 
 
 def parse_findings(table: dict[str, Any]) -> list[FindingRow]:
-    """The findings of a parsed robot.toml; none in a file that no diagnosis wrote.
-
-    Raises:
-        RobotError: A row has a key that there is not, or a value of another type.
-    """
+    """The findings of a parsed robot.toml; none in a file that no diagnosis wrote."""
     rows = []
     for place, row in enumerate(tables(table[FINDING], FINDING) if FINDING in table else ()):
         where = f"[[{FINDING}]] {place + 1}"

@@ -1,7 +1,8 @@
 """Collision geometry of a robot: the bodies of its URDF or MJCF, with convex hulls in place of meshes.
 
 Distances between hulls are faster to compute than between meshes, and include a depth of penetration. A hull
-contains its mesh, so the distance between two hulls never exceeds the distance between the meshes.
+contains its mesh, so the distance between two hulls never exceeds the distance between the meshes. Of an
+MJCF, geoms that can collide are the bodies.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,8 +19,10 @@ from ..arm.robot import Held
 from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
 from .folders import PACKAGE, VARIABLE, Folders, ros_folders, stated_folders
-from .hulls import read_hull
-from .mjcf_geometry import read_mjcf_geometry
+from .hulls import hull, read_hull
+from .mjcf import Part, body_parts, compile_mjcf, mjcf_kinematics
+from .mjcf_held import placement_of
+from .mjcf_names import enum_of, name_of
 from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf, read_choice, read_urdf
@@ -35,19 +38,13 @@ def read_geometry(source: str | Path, package_dirs: Iterable[str | Path] = ()) -
     """Collision bodies of the robot that `read_model` reads from the same source, without pairs.
 
     Each body belongs to a joint and a frame of that robot's kinematics. Its name is its link and a number, as
-    in Pinocchio.
-
-    Returns:
-        None if the robot has no URDF or MJCF, or if that has no collision geometry.
-
-    Raises:
-        RobotError: A mesh is missing or cannot be read, or a shape is wrong; the message names the link.
+    in Pinocchio. None if the robot has no URDF or MJCF, or if that has no collision geometry.
     """
     description, moving, held = _description_of(source)
     if description is None:
         return None
     if is_mjcf(description):
-        return read_mjcf_geometry(description, moving, held)
+        return _read_mjcf_geometry(description, moving, held)
     return _read_urdf_geometry(description, moving, held, tuple(package_dirs))
 
 
@@ -168,3 +165,75 @@ def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders,
     if named and mesh.resolve().is_relative_to(root.resolve()):
         return mesh
     return folders.require(mesh, where)
+
+
+ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+"""Angles of the points that stand for an ellipsoid, since coal has no distance from one to a half-space."""
+
+
+def _read_mjcf_geometry(path: Path, moving: Sequence[str] | None, held: Held) -> pin.GeometryModel | None:
+    """Collision bodies of the robot that `mjcf_kinematics` makes with the same arguments, without pairs.
+
+    The name of each is that of its body and a number. Everything that is fixed to the base, including floors
+    and tables, belongs to the base.
+
+    Returns:
+        None if no geom can collide.
+    """
+    model = compile_mjcf(path)
+    tree = mjcf_kinematics(model, str(path), moving, held).model
+    parts = body_parts(model, moving, held, str(path))
+    geometry, counts = pin.GeometryModel(), [0] * model.nbody
+    for geom in np.flatnonzero(model.geom_contype | model.geom_conaffinity):
+        shape, body = _geom_shape(model, int(geom)), int(model.geom_bodyid[geom])
+        if shape is not None:
+            name = f"{name_of(model, 'body', body)}_{counts[body]}"
+            geometry.addGeometryObject(_geom_body(model, int(geom), parts[body], tree, name, shape))
+            counts[body] += 1
+    return geometry if geometry.ngeoms else None
+
+
+def _geom_body(
+    model: Any, geom: int, part: Part, tree: pin.Model, name: str, shape: Any
+) -> pin.GeometryObject:
+    """Collision body of a geom, on the joint that carries it."""
+    frames = [
+        index
+        for index, frame in enumerate(tree.frames)
+        if frame.parentJoint == part.joint and frame.type == pin.FrameType.BODY
+    ]
+    placement = part.placement * placement_of(model.geom_pos[geom], model.geom_quat[geom])
+    return pin.GeometryObject(name, part.joint, frames[-1] if frames else 0, placement, shape)
+
+
+def _geom_shape(model: Any, geom: int) -> Any:
+    """Shape for coal; None for height fields, which are not convex."""
+    size, kind = model.geom_size[geom], int(model.geom_type[geom])
+    kinds = {name: enum_of("mjtGeom", f"mjGEOM_{name.upper()}") for name in GEOMS}
+    name = next((name for name, value in kinds.items() if value == kind), "")
+    return GEOMS[name](model, geom, size) if name else None
+
+
+def _mesh(model: Any, geom: int, _: np.ndarray) -> coal.Convex:
+    mesh = model.geom_dataid[geom]
+    start = model.mesh_vertadr[mesh]
+    return hull(np.array(model.mesh_vert[start : start + model.mesh_vertnum[mesh]], float))
+
+
+def _ellipsoid(_: Any, __: int, size: np.ndarray) -> coal.Convex:
+    """Convex hull that contains the ellipsoid, and so is a little larger."""
+    along, up = np.meshgrid(ROUND, ROUND[: len(ROUND) // 2 + 1])
+    points = np.stack([np.cos(along) * np.sin(up), np.sin(along) * np.sin(up), np.cos(up)], axis=-1)
+    return hull(points.reshape(-1, 3) * size / np.cos(np.pi / len(ROUND)) ** 2)
+
+
+GEOMS = {
+    "plane": lambda *_: coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0),
+    "sphere": lambda _, __, size: coal.Sphere(size[0]),
+    "capsule": lambda _, __, size: coal.Capsule(size[0], 2 * size[1]),
+    "ellipsoid": _ellipsoid,
+    "cylinder": lambda _, __, size: coal.Cylinder(size[0], 2 * size[1]),
+    "box": lambda _, __, size: coal.Box(*(2 * size)),
+    "mesh": _mesh,
+}
+"""Kind of a geom -> function that makes its shape from the model, the geom's index and its sizes."""

@@ -162,8 +162,11 @@ def link_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         index = add_joint(
             model, parent, joint_model(kind, _axis(row, where)), read_placement(row, where), joint, link
         )
+        mass = number(row.get("mass", 0.0), f"{where} mass")
+        center = numbers(row.get("center_of_mass", [0.0] * 3), 3, f"{where} center_of_mass")
+        inertia = numbers(row.get("inertia", [0.0] * 6), 6, f"{where} inertia")
         # not appendBodyToJoint, which adds and rotates and so loses the last digits
-        model.inertias[index] = _body(row, where)
+        model.inertias[index] = rigid_inertia(mass, center, inertia, where)
     return Kinematics(model, doubts=body_doubts(model), flange_name=link)
 
 
@@ -200,10 +203,3 @@ def _axis(row: Mapping[str, Any], where: str) -> np.ndarray:
         raise RobotError(f"{where} axis: a direction of length 0")
     # an axis that is already a unit vector keeps all digits
     return axis if abs(length - 1.0) < 1e-12 else axis / length
-
-
-def _body(row: Mapping[str, Any], where: str) -> pin.Inertia:
-    mass = number(row.get("mass", 0.0), f"{where} mass")
-    center = numbers(row.get("center_of_mass", [0.0] * 3), 3, f"{where} center_of_mass")
-    inertia = numbers(row.get("inertia", [0.0] * 6), 6, f"{where} inertia")
-    return rigid_inertia(mass, center, inertia, where)

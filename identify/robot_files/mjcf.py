@@ -28,18 +28,17 @@ SITES = (*FLANGES, *TOOLS, "attachment_site", "attachment")
 def compile_mjcf(source: Path | str, folder: str = "") -> Any:
     """MuJoCo's compiled model of a file, or of a text whose files lie in `folder`.
 
-    Raises:
-        BrokenTree: MuJoCo cannot compile it.
-        RobotError: It names a file outside of its folder.
-        MissingPackage: MuJoCo is not installed.
+    Raises `BrokenTree` if MuJoCo cannot compile it, and `RobotError` if it names a file outside its folder.
     """
     mujoco = optional("mujoco", "an MJCF", "mujoco")
     if not hasattr(mujoco, "MjSpec"):
         raise MissingPackage(f'MuJoCo {mujoco.__version__} has no MjSpec: pip install "mujoco>=3.3"')
-    text, path = (
-        (str(source).encode(), Path(folder) / "MJCF") if folder else (_content(Path(source)), Path(source))
-    )
-    included = require_mjcf_files(text, path)
+    where = "MJCF" if folder else str(source)
+    try:
+        text = str(source).encode() if folder else Path(source).read_bytes()
+    except OSError as error:
+        raise BrokenTree(f"{source}: cannot be read: {read_failure(Path(source), error)}") from error
+    included = require_mjcf_files(text, Path(folder) / "MJCF" if folder else Path(source))
     try:
         if not folder:
             return mujoco.MjSpec.from_file(str(source)).compile()
@@ -47,15 +46,7 @@ def compile_mjcf(source: Path | str, folder: str = "") -> Any:
         spec.modelfiledir = folder
         return spec.compile()
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
-        where = source if not folder else "MJCF"
         raise BrokenTree(f"{where}: MuJoCo: {error}") from error
-
-
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise BrokenTree(f"{path}: cannot be read: {read_failure(path, error)}") from error
 
 
 def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
@@ -75,10 +66,8 @@ def mjcf_kinematics(
 ) -> Kinematics:
     """Kinematics of a compiled MJCF; `moving` and `held` are those of `read_kinematics`.
 
-    Raises:
-        BrokenTree: It is not a tree of joints with one degree of freedom.
-        RobotError: It has a force that no model can represent; the message names it.
-        UnknownJoint: A joint in `moving` or `held` does not exist.
+    Raises `BrokenTree` if it is not a tree of joints with one degree of freedom, and `RobotError` for a force
+    that no model can represent.
     """
     still = held_positions(model, moving, held, where)
     joints = [joint for joint in range(model.njnt) if joint not in still]

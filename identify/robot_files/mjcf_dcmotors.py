@@ -52,14 +52,27 @@ class DcMotor:
     @classmethod
     def of(cls, model: Any, index: int) -> "DcMotor":
         """Motor of an actuator; the places of the numbers are those of the source, table 9."""
-        resistance, constant = model.actuator_gainprm[index][:2].tolist()
-        bristles, bias = model.actuator_dynprm[index][5:7], model.actuator_biasprm[index][:6]
-        lugre = np.array([*bristles, *bias[3:]]) * (bristles[0] > 0.0)
+        gain, dynamics = model.actuator_gainprm[index].tolist(), model.actuator_dynprm[index].tolist()
+        bias = model.actuator_biasprm[index].tolist()
+        rough = float(dynamics[5] > 0.0)  # without bristles there is no LuGre friction
         return cls(
-            index, int(model.actuator_trnid[index][0]), float(model.actuator_gear[index][0]), constant,
-            resistance, int(model.actuator_ctrlspec[index]), float(model.actuator_armature[index]),
-            float(model.actuator_damping[index]), *lugre.tolist(), *bias[:3].tolist(),
-        )  # fmt: skip
+            index=index,
+            joint=int(model.actuator_trnid[index][0]),
+            gear=float(model.actuator_gear[index][0]),
+            constant=gain[1],
+            resistance=gain[0],
+            input=int(model.actuator_ctrlspec[index]),
+            armature=float(model.actuator_armature[index]),
+            damping=float(model.actuator_damping[index]),
+            stiffness=rough * dynamics[5],
+            bristle_damping=rough * dynamics[6],
+            coulomb=rough * bias[3],
+            static=rough * bias[4],
+            stribeck=rough * bias[5],
+            amplitude=bias[0],
+            poles=bias[1],
+            phase=bias[2],
+        )
 
     @property
     def back_emf(self) -> float:
@@ -88,18 +101,13 @@ def dc_motors(model: Any, joints: Sequence[int]) -> list[DcMotor]:
     """Motors of the given joints of a compiled model that are not disabled."""
     if disabled(model, "ACTUATION"):
         return []
-    return [
-        DcMotor.of(model, index)
-        for index, joint in joint_actuators(model)
-        if is_dc_motor(model, index)
-        and joint in joints
-        and not _group_disabled(model, int(model.actuator_group[index]))
-    ]
-
-
-def _group_disabled(model: Any, group: int) -> bool:
-    """Whether the file disables a group of actuators."""
-    return 0 <= group <= 30 and bool(model.opt.disableactuator >> group & 1)
+    motors = []
+    for index, joint in joint_actuators(model):
+        group = int(model.actuator_group[index])
+        off = 0 <= group <= 30 and model.opt.disableactuator >> group & 1
+        if joint in joints and is_dc_motor(model, index) and not off:
+            motors.append(DcMotor.of(model, index))
+    return motors
 
 
 def require_readable(model: Any, actuator: int, name: str) -> Iterator[str]:

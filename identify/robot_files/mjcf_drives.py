@@ -70,9 +70,6 @@ def motor_coupling(model: Any, joints: Sequence[int], where: str) -> np.ndarray:
     """Coupling of motors and joints by fixed tendons, shape (n, n) [-]; empty if there are no such tendons.
 
     The motor of a tendon belongs to the only joint along the tendon that has no actuator of its own.
-
-    Raises:
-        RobotError: There is not exactly one such joint.
     """
     driven = {joint for _, joint in joint_actuators(model)}
     coupling = np.eye(len(joints))

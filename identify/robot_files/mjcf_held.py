@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..arm.robot import Held
 from ..errors import RobotError, UnknownJoint
-from .mjcf_names import enum_of, joint_equalities, joint_name, single, turns
+from .mjcf_names import enum_of, joint_equalities, joint_name, joint_names, single, turns
 
 SIZES = {"mjJNT_FREE": 7, "mjJNT_BALL": 4, "mjJNT_SLIDE": 1, "mjJNT_HINGE": 1}
 """Kind of a joint -> count of its numbers in `qpos`."""
@@ -36,7 +36,7 @@ def held_positions(
     Returns:
         Index of each held joint -> position, shape (1,) [rad, m], (4,) of a ball or (7,) of a free joint.
     """
-    names = [joint_name(model, joint) for joint in range(model.njnt)]
+    names = joint_names(model)
     for name in (*(moving or ()), *held):
         if name not in names:
             raise UnknownJoint(name, where, names)

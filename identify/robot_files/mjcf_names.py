@@ -55,6 +55,11 @@ def joint_name(model: Any, joint: int) -> str:
     return name_of(model, "joint", joint)
 
 
+def joint_names(model: Any) -> list[str]:
+    """Names of all joints."""
+    return [joint_name(model, joint) for joint in range(model.njnt)]
+
+
 def turns(model: Any, joint: int) -> bool:
     """Whether a joint is a hinge."""
     return bool(model.jnt_type[joint] == enum_of("mjtJoint", "mjJNT_HINGE"))

@@ -85,11 +85,9 @@ TENDON_FORCES = ("stiffness", "damping", "frictionloss", "armature", "stiffnessp
 
 def _tendons(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     for tendon in range(model.ntendon):
-        forces = (
-            kind for kind in TENDON_FORCES if np.any(_rows(model, f"tendon_{kind}")[tendon : tendon + 1])
-        )
-        for kind in forces:
-            if moves(model, tendon, parts, joints):
+        for kind in TENDON_FORCES:
+            force = np.any(_rows(model, f"tendon_{kind}")[tendon : tendon + 1])
+            if force and moves(model, tendon, parts, joints):
                 name = name_of(model, "tendon", tendon)
                 yield f"tendon '{name}' has {kind}, a force on several joints, which models lack. {HOLD}"
 
@@ -124,7 +122,8 @@ def _actuators(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[s
             if acts and model.wrap_type[model.tendon_adr[target]] != enum_of("mjtWrap", "mjWRAP_JOINT"):
                 yield f"{name} pulls a spatial tendon; a model has motors of joints. Remove it"
         else:
-            acts = _acts_elsewhere(model, where, target, parts)
+            of_body = where == enum_of("mjtTrn", "mjTRN_BODY")
+            acts = bool(parts[target if of_body else model.site_bodyid[target]])
             if acts:
                 yield f"{name} acts on a site, a body or a crank; a model has motors of joints. Remove it"
         if not acts:
@@ -137,19 +136,8 @@ def _actuators(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[s
             yield f"{name} has its own physics; make it a motor, position, velocity or dcmotor"
 
 
-def _acts_elsewhere(model: Any, transmission: int, target: int, parts: Sequence[int]) -> bool:
-    """Whether an actuator, other than one of joints or tendons, acts on a moving body."""
-    if transmission == enum_of("mjtTrn", "mjTRN_BODY"):
-        return bool(parts[target])
-    return bool(parts[model.site_bodyid[target]])
-
-
 def gravity_share(model: Any, parts: Sequence[int], joints: Sequence[int], where: str) -> float:
-    """Share of gravity that `gravcomp` leaves to the motors of the joints.
-
-    Raises:
-        RobotError: The share differs between moving bodies or between joints.
-    """
+    """Share of gravity that `gravcomp` leaves to the motors: the same for all bodies and joints."""
     bodies = [body for body in range(model.nbody) if parts[body] and model.body_mass[body] > 0.0]
     shares = [float(model.body_gravcomp[body]) for body in bodies]
     passive = {not model.jnt_actgravcomp[joint] for joint in joints}

@@ -90,13 +90,14 @@ def servo_keys(servo: PositionServo) -> dict[str, Any]:
     return {"servo_gain": servo.gain, **({"servo_limit": servo.limit} if limited else {})}
 
 
-def _placement(placement: pin.SE3) -> dict[str, Any]:
+def placement_keys(placement: pin.SE3) -> dict[str, Any]:
+    """Keys of a placement in robot files."""
     return {"origin": placement.translation, "rotation": placement.rotation}
 
 
 def _flange(robot: Robot) -> dict[str, Any]:
     named = {} if robot.flange_name == FLANGE else {"frame": robot.flange_name}
-    return named | _placement(robot.flange)
+    return named | placement_keys(robot.flange)
 
 
 def _links(robot: Robot) -> list[dict[str, Any]]:
@@ -112,7 +113,7 @@ def _link(robot: Robot, place: int, joint: Joint, link: str) -> dict[str, Any]:
         "parent": robot.joints[joint.parent] if joint.parent >= 0 else "",
         "kind": "revolute" if joint.revolute else "prismatic",
         "axis": joint.axis,
-        **_placement(joint.placement),
+        **placement_keys(joint.placement),
     }
 
 

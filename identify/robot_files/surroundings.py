@@ -43,11 +43,7 @@ class Surroundings:
 
 
 def read_surroundings(sources: Iterable[str | Path]) -> Surroundings:
-    """Surroundings from all files; files that cannot have such rows, such as a URDF, are skipped.
-
-    Raises:
-        RobotError: A row is wrong, or two obstacles have the same name; the message names file and key.
-    """
+    """Surroundings from all files; files that cannot have such rows, such as a URDF, are skipped."""
     obstacles: list[Obstacle] = []
     regions: list[Mapping[str, Any]] = []
     for source in sources:

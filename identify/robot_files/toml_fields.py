@@ -25,11 +25,7 @@ DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:
-    """Table of a TOML text.
-
-    Raises:
-        RobotError: The text is not TOML; the message names the line.
-    """
+    """Table of a TOML text."""
     if DOTTED.search(text):
         raise RobotError(f"{where}: not valid TOML: a key of more than {DEEPEST} tables")
     try:
@@ -55,11 +51,7 @@ def _check_whole_numbers(value: object, where: str) -> None:
 
 
 def read_text(path: Path) -> str:
-    """Text of a file.
-
-    Raises:
-        RobotError: The file is missing or is not text.
-    """
+    """Text of a file."""
     try:
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
@@ -69,12 +61,7 @@ def read_text(path: Path) -> str:
 
 
 def check_keys(table: object, valid: Collection[str], where: str) -> None:
-    """Refuse a table with unknown keys.
-
-    Raises:
-        UnknownKey: A key is unknown; the message lists the valid keys.
-        RobotError: The value is not a table.
-    """
+    """Refuse what is not a table, and a table with unknown keys, by an `UnknownKey`."""
     if not isinstance(table, Mapping):
         raise RobotError(f"{where}: expected a table with keys {', '.join(valid)}; found {table!r}")
     for key in table:

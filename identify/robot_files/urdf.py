@@ -42,11 +42,8 @@ def parse_urdf(
 ) -> Kinematics:
     """Kinematics of a URDF; a `continuous` joint becomes a revolute joint without limits.
 
-    `moving` and `held` are those of `read_kinematics`; `where` is the name of the file in messages.
-
-    Raises:
-        BrokenTree: It is not one tree of joints with one degree of freedom; the message names the cause.
-        UnknownJoint: A joint in `moving` or `held` does not exist.
+    `moving` and `held` are those of `read_kinematics`; `where` is the name of the file in messages. Raises
+    `BrokenTree` if it is not one tree of joints with one degree of freedom.
     """
     root = read_tree(text, where)
     joints = {joint.get("name", ""): joint for joint in root.findall("joint")}

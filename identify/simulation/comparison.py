@@ -88,7 +88,7 @@ def compare(
     """Compare two recordings after the same filters, using those and the noise level of a fit if passed.
 
     Effort is compared only while a joint slides, since static friction at rest is unknown. The offset [s] is
-    added to the time values_of the simulated recording.
+    added to the time of the simulated recording.
 
     Raises:
         DifferentRobot: If the recordings have different joints.

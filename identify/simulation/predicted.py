@@ -22,10 +22,6 @@ def predicted(fit: Fit, recordings: Sequence[Recording]) -> Fit:
     """The fit with its predictions of recordings; recordings that it was not fitted to count as held out.
 
     Simulated recordings, jogs, and runs with an unknown payload are predicted too, but do not judge the fit.
-
-    Raises:
-        DifferentRobot: If a recording has other joints.
-        RecordingError: If a recording is too short for the fit's filters.
     """
     of_these_joints(fit.model, recordings)
     named = [_with_payload_of_fit(fit, recording) for recording in recordings]
@@ -88,9 +84,8 @@ def _with_payload_of_fit(fit: Fit, recording: Recording) -> Recording:
     matches += [
         name for name, known in known_of.items() if name == payload.name and _agree(known, payload.known)
     ]
-    name = (
-        matches[0] if matches else payload.name if payload.name not in known_of else f"another {payload.name}"
-    )
+    unknown = payload.name if payload.name not in known_of else f"another {payload.name}"
+    name = matches[0] if matches else unknown
     return replace(recording, payload=replace(payload, name=name))
 
 

@@ -79,10 +79,11 @@ def as_built(model: Model) -> Model:
     even after other effects were added. Mass and moments of a link scale by one
     factor, so that every body stays physically consistent.
     """
-    stated = {
-        name: Prior(prior.value * _factor(name, _relative_std(prior)), prior.std)
-        for name, prior in model.stated.items()
-    }
+    stated = {}
+    for name, prior in model.stated.items():
+        known = prior.value and np.isfinite(prior.std)
+        tolerance = prior.std / abs(prior.value) if known else USUAL
+        stated[name] = Prior(prior.value * _factor(name, tolerance), prior.std)
     return replace(model, robot=_robot_as_built(model.robot), stated=stated)
 
 
@@ -96,11 +97,6 @@ def _robot_as_built(robot: Robot) -> Robot:
         body.mass, body.inertia = factor * body.mass, factor * body.inertia
         kinematics.inertias[link] = body
     return replace(robot, kinematics=kinematics, drive_gain=np.array(factors) * robot.drive_gain)
-
-
-def _relative_std(prior: Prior) -> float:
-    """Relative standard deviation of a prior."""
-    return prior.std / abs(prior.value) if prior.value and np.isfinite(prior.std) else USUAL
 
 
 def _factor(name: str, tolerance: float) -> float:

@@ -10,7 +10,7 @@ from ...effects import Shape
 from ...measurements import Backlash, JointElasticity
 from ...measurements.backlash import RATIO, TEETH
 from ...model import Model
-from ...simulation.plant.link_size import link_size
+from ...simulation.plant.gears import link_size
 from ..findings.arm import Arm
 from ..findings.finding import Hypothesis
 from ..findings.kind import Kind

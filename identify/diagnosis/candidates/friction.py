@@ -9,7 +9,7 @@ import numpy as np
 from ...effects import CoulombFriction, Effect, LoadDependentFriction, Shape
 from ...effects.smooth_sign import smooth_sign
 from ...model import Model
-from ...simulation.plant.link_size import link_size
+from ...simulation.plant.gears import link_size
 from ..findings.arm import Arm
 from ..findings.finding import Finding, Hypothesis
 from ..findings.kind import Kind

@@ -20,7 +20,7 @@ from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
 from ...measurements.gear import Gear
 from ...model import Model
-from ...simulation.plant.link_size import link_size
+from ...simulation.plant.gears import link_size
 from ..blocks.prediction import Prediction
 from ..findings.arm import Arm
 from ..findings.finding import Hypothesis

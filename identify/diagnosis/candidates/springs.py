@@ -8,7 +8,7 @@ import numpy as np
 
 from ...effects import Effect, SpringBalancer
 from ...model import Model
-from ...simulation.plant.link_size import link_size
+from ...simulation.plant.gears import link_size
 from ...text_table import NORMAL_95, digits
 from ..findings.finding import Finding
 from ..findings.kind import Kind

@@ -37,21 +37,13 @@ Decoder = Callable[[bytes], Any]
 
 
 class Bag:
-    """A bag.
-
-    Args:
-        source: Path of the file or folder.
-        others: Whether to read the messages of all other types instead of `WANTED`.
-
-    Attributes:
-        others: Topics that are not read -> type of their messages; complete once all messages are read.
-        notes: Sentences about lost parts of the bag; complete once all messages are read.
-    """
+    """A bag in a file or folder; with `others`, of all messages but those of the types in `WANTED`."""
 
     def __init__(self, source: Path, others: bool = False) -> None:
         self.source, self._others = source, others
-        self.others: dict[str, str] = {}
-        self.notes: list[str] = []
+        # Complete once all messages are read.
+        self.others: dict[str, str] = {}  # topics that are not read -> type of their messages
+        self.notes: list[str] = []  # sentences about lost parts of the bag
 
     def messages(self) -> Iterator[BagMessage]:
         """All messages with joint states or arrays of numbers; or those of other types."""

@@ -14,9 +14,9 @@ import numpy as np
 
 from ...errors import BadTime, NotAFile
 from ...notebook import optional
-from ..importers.read_apart import call_reader
 from ..mcap.mcap_topics import ARRAY_TOPICS
-from ..tables.fields import fields_of, table_of_rows
+from ..reading_limits import call_reader
+from ..tables.rows import fields_of, table_of_rows
 from ..tables.table import Table
 from .bag_files import Bag, BagMessage
 from .joint_messages import ARRAY
@@ -62,16 +62,13 @@ class Content:
 def read_bag(source: Path) -> Content:
     """Read a bag."""
     optional("rosbags.highlevel", "a ROS bag", "ros2")  # so that this process reports a missing package
-    content = call_reader(f"{__name__}:read_messages", "rosbags or mcap", _folder(source))
+    # A bag may have several files, which the metadata in their folder name.
+    divided = source.suffix == ".db3" and (source.parent / "metadata.yaml").exists()
+    folder = source.parent if divided else source
+    content = call_reader(f"{__name__}:read_messages", "rosbags or mcap", folder)
     groups = [Group(**group | {"names": tuple(group["names"])}) for group in content["groups"]]
     arrays = {name: (received, values) for name, (received, values) in content["arrays"].items()}
     return Content(groups, arrays, content["notes"], [Table(**table) for table in content["tables"]])
-
-
-def _folder(source: Path) -> Path:
-    """Folder of a .db3 file, since a bag may have several files; the file itself if there is no metadata."""
-    divided = source.suffix == ".db3" and (source.parent / "metadata.yaml").exists()
-    return source.parent if divided else source
 
 
 def read_messages(source: str) -> dict[str, Any]:
@@ -177,9 +174,8 @@ def _nothing(source: str, bag: Bag) -> str:
     topics = [f"{topic} ({kind})" for topic, kind in sorted(bag.others.items())[:LISTED]]
     more = f" and {len(bag.others) - LISTED} others" if len(bag.others) > LISTED else ""
     nothing = (
-        f"{source}: there are no joint states in it, such as sensor_msgs/JointState, and no other "
-        "messages whose definition is in the bag. "
-        f"Topics: {', '.join(topics) or 'none'}{more}."
+        f"{source}: there are no joint states in it, such as sensor_msgs/JointState, and no other messages "
+        f"whose definition is in the bag. Topics: {', '.join(topics) or 'none'}{more}."
     )
     return " ".join([nothing, *bag.notes])
 

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ..tables.fields import NAMES, stamp_of
+from ..tables.rows import NAMES, stamp_of
 
 ARRAY = "std_msgs/msg/Float64MultiArray"
 JSON = "JSON"
@@ -100,7 +100,9 @@ def read_json(content: Any) -> JointMessage | None:
         fields = {field: _numbers(_value(content, keys)) for field, keys in FIELDS.items()}
     if not all(isinstance(name, str) and name for name in names) or not any(fields.values()):
         return None
-    return JointMessage(names, fields, _json_stamp(content))
+    header = content.get("header")
+    stamp = _value(header if isinstance(header, Mapping) else content, ("stamp", "timestamp", "time"))
+    return JointMessage(names, fields, (stamp_of(stamp) if isinstance(stamp, Mapping) else None) or 0)
 
 
 def _value(content: Mapping[str, Any], keys: Sequence[str]) -> Any:
@@ -114,11 +116,3 @@ def _numbers(values: Any) -> list[float]:
 def _number(value: Any) -> float:
     """Number of a JSON value; NaN if it is not a number, such as null."""
     return float(value) if isinstance(value, int | float) else float("nan")
-
-
-def _json_stamp(content: Mapping[str, Any]) -> int:
-    """Time stamp of an object [ns]; 0 if it has none in whole seconds and nanoseconds."""
-    header = content.get("header")
-    owner = header if isinstance(header, Mapping) else content
-    stamp = _value(owner, ("stamp", "timestamp", "time"))
-    return (stamp_of(stamp) if isinstance(stamp, Mapping) else None) or 0

@@ -44,17 +44,14 @@ def _merged(groups: Sequence[Group], names: Sequence[str]) -> Group:
     order = np.argsort(received, kind="stable")
     rows = {}
     for field in dict.fromkeys(field for group in groups for field in group.rows):
-        values = [_columns(group, field, names) for group in groups]
+        values = [np.full((len(group.received), len(names)), np.nan) for group in groups]
+        for known, group in zip(values, groups, strict=True):
+            if field in group.rows:
+                known[:] = group.rows[field][:, [group.names.index(name) for name in names]]
         rows[field] = np.concatenate(values)[order]
     stamp = np.concatenate([group.stamp for group in groups])[order]
     topics = " and ".join(dict.fromkeys(group.topic for group in groups))
     return Group(topics, tuple(names), received[order], stamp, rows)
-
-
-def _columns(group: Group, field: str, names: Sequence[str]) -> np.ndarray:
-    places = [group.names.index(name) for name in names]
-    silent = np.full((len(group.received), len(names)), np.nan)
-    return group.rows[field][:, places] if field in group.rows else silent
 
 
 def _by_values(part: Group) -> list[Group]:
@@ -104,9 +101,9 @@ def clock_of(parts: Sequence[Group]) -> tuple[list[np.ndarray], list[str]]:
         reason = "the time stamps of the messages do not change"
     elif max(late) - min(late) > CLOCKS_AGREE:
         reason = f"the clocks of the publishers differ by {digits(max(late) - min(late))} s"
-    return (
-        (received, [f"{reason}: times are those at which the bag received them"]) if reason else (stamps, [])
-    )
+    if not reason:
+        return stamps, []
+    return received, [f"{reason}: times are those at which the bag received them"]
 
 
 def _unset(stamp: np.ndarray) -> bool:

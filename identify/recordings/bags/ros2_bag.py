@@ -13,11 +13,11 @@ from ...notebook import counted
 from ..incomplete_samples import without_damaged, without_stale
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
-from ..separate_runs import separate_runs
 from ..tables.columns import Names
 from ..tables.import_table import import_table
 from ..tables.signal_units import Units
 from ..tables.table import Table
+from ..time_order import separate_runs
 from .bag_reader import Content, Group, read_bag
 from .joint_parts import clock_of, joined, parts_of
 from .topic_choice import choose_topics, names_in
@@ -115,12 +115,7 @@ def _reader(table: Table) -> Callable[[Path], list[Table]]:
 
 
 def joints_of_bag(source: Path) -> list[str]:
-    """Names of all joints in the joint states of a bag.
-
-    Raises:
-        RecordingError: The bag cannot be read.
-        MissingPackage: rosbags is not installed.
-    """
+    """Names of all joints in the joint states of a bag."""
     return list(names_in(read_bag(source).groups))
 
 

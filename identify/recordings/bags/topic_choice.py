@@ -84,9 +84,8 @@ def _of_topics(
     try:
         return chosen, find_joints(robot, names_in(chosen), joints, f"{source}")
     except RecordingError:
-        names = find_joints(
-            robot, names_in(groups), joints, f"{source}"
-        )  # its error is more specific if no topic has them
+        # The error about all topics is more specific if none has them.
+        names = find_joints(robot, names_in(groups), joints, f"{source}")
     missing = [name for name in names if name not in names_in(chosen)]
     others = [topic for topic, sharing in known.items() if set(missing) & set(names_in(sharing))]
     raise RecordingError(

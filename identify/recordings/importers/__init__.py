@@ -85,7 +85,7 @@ IMPORTERS: dict[str, Entry] = {
     "npz": Entry("array_files:read_npz", "NumPy: named arrays", (".npz",), table=True),
     "npy": Entry("array_files:read_npy", "NumPy array: a row a sample, named or not", (".npy",), table=True),
     "json": Entry(
-        ".tables.fields:read_json_lines",
+        ".tables.rows:read_json_lines",
         "JSON lines: an object a sample",
         (".jsonl", ".ndjson", ".jsonl.gz", ".ndjson.gz"),
         table=True,
@@ -179,28 +179,37 @@ def _reader(source: Path, kind: str | None) -> tuple[str, Callable[..., Any]]:
     if kind not in IMPORTERS:
         raise UnknownKey(kind, "import: kind of source", tuple(IMPORTERS))
     entry = IMPORTERS[kind]
-    module, name = entry.place.split(":")
-    if entry.library:
-        from .read_apart import read_apart
-
-        read = partial(read_apart, entry.place, entry.library)
-    else:
-        read = getattr(import_module(f".{module}", __name__), name)
-    return kind, partial(_by_sample, read) if entry.table else read
+    return kind, partial(_tables, kind) if entry.table else _function(entry.place)
 
 
-def _by_sample(read: Callable[[Path], list["Table"]], source: Path) -> list["Table"]:
-    from ..tables.row_per_joint import by_sample
+def _function(place: str) -> Callable[..., Any]:
+    """Function of an entry's place."""
+    module, name = place.split(":")
+    function: Callable[..., Any] = getattr(import_module(f".{module}", __name__), name)
+    return function
 
-    return [by_sample(table) for table in read(source)]
+
+def _tables(kind: str, source: Path) -> list["Table"]:
+    """Tables of a file with one row per sample, read in a separate process if a library reads it."""
+    from ..reading_limits import call_reader
+    from ..tables.rows import by_sample
+    from ..tables.table import Table
+
+    place, library = IMPORTERS[kind].place, IMPORTERS[kind].library
+    if not library:
+        return [by_sample(table) for table in _function(place)(source)]
+    rows = call_reader(f"{__name__}:read_rows", library, source, place)
+    return [by_sample(Table(**row | {"joints": tuple(row["joints"])})) for row in rows]
+
+
+def read_rows(source: str, place: str) -> list[dict[str, Any]]:
+    """Fields of the tables in a file, without lines of text; this runs in the separate process."""
+    tables: list[Table] = _function(place)(Path(source))
+    return [{key: value for key, value in table._asdict().items() if key != "lines"} for table in tables]
 
 
 def kind_of(source: Path) -> str:
-    """Key in `IMPORTERS` of the format of a file or folder.
-
-    Raises:
-        NotAFile: No importer can read it; the message names its folders that can be imported.
-    """
+    """Key in `IMPORTERS` of the format of a file or folder; an error names its folders that have one."""
     kind = _kind(source)
     if kind is None and source.name.endswith(".mcap.part"):
         raise NotAFile(
@@ -208,20 +217,15 @@ def kind_of(source: Path) -> str:
             f"exidyn info --repair {source}"
         )
     if kind is None:
+        below = source.iterdir() if source.is_dir() else ()
+        folders = sorted(path.name for path in below if path.is_dir() and _kind(path))
+        inside = f", but these folders in it can, one at a time: {', '.join(folders)}" if folders else ""
         known = [
             f"{entry.name} ({(*entry.endings, *entry.inside, 'by its content')[0]})"
             for entry in IMPORTERS.values()
         ]
-        raise NotAFile(f"{source} cannot be imported{_below(source)}. Known formats: {', '.join(known)}")
+        raise NotAFile(f"{source} cannot be imported{inside}. Known formats: {', '.join(known)}")
     return kind
-
-
-def _below(source: Path) -> str:
-    """Part of a message with the folders inside a folder that can be imported."""
-    if not source.is_dir():
-        return ""
-    folders = sorted(path.name for path in source.iterdir() if path.is_dir() and _kind(path))
-    return f", but these folders in it can, one at a time: {', '.join(folders)}" if folders else ""
 
 
 def _beginning(source: Path) -> bytes:

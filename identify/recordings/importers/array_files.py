@@ -18,7 +18,7 @@ from numpy.lib import format as npy
 
 from ...errors import NotAFile
 from ...notebook import optional
-from ..decompression_limits import PIECE, largest_size, require_size, require_zip, too_large
+from ..reading_limits import PIECE, largest_size, require_size, require_zip, too_large
 from ..tables.table import Table, refused_as
 
 HDF5 = b"\x89HDF"

@@ -4,7 +4,6 @@ A telegram is `<Rob ...> ... </Rob>`. Text between telegrams, such as the answer
 the host, is ignored; the time is that of the controller's clock IPOC.
 """
 
-import gzip
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -17,8 +16,8 @@ import numpy as np
 from ...arm.robot import Robot
 from ...errors import NotAFile, NotRecorded, WrongShape, listed
 from ...model import Model
-from ..decompression_limits import require_gzip
 from ..incomplete_samples import without_damaged, without_stale
+from ..reading_limits import opened, require_gzip
 from ..recording import EFFORT, KnownPayload, Recording, Signal
 from ..recording_checks import check
 from ..tables.columns import find_joints
@@ -81,7 +80,12 @@ def import_rsi_telegrams(
         for name in ELEMENTS
         if (values := _values(telegrams, name, axes, model.robot)) is not None
     }
-    _require_efforts(source, telegrams, signals)
+    if not any(name in signals for name in EFFORT):
+        raise NotRecorded(
+            f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all "
+            f"axes; present: {listed(telegrams.elements)}. Let the controller send them: DEF_MACur in SEND "
+            "of the configuration"
+        )
     recording = Recording(
         source.name.removesuffix(".gz").rsplit(".", 1)[0],
         model,
@@ -94,13 +98,10 @@ def import_rsi_telegrams(
 
 
 def _read(source: Path) -> _Telegrams:
-    """All telegrams of a file."""
     with refused_as(source, "telegrams of RSI"):
-        if source.name.endswith(".gz"):
-            require_gzip(source)
-        opener = gzip.open if source.name.endswith(".gz") else open
-        with opener(source, "rt", encoding="utf-8-sig", errors="replace") as file:
-            text = file.read()
+        require_gzip(source)
+        with opened(source, "rt", encoding="utf-8-sig", errors="replace") as file:
+            text: str = file.read()
     clock: list[int] = []
     rows: list[dict[tuple[str, str], float]] = []
     damaged = []
@@ -188,16 +189,6 @@ def _values(telegrams: _Telegrams, signal: str, axes: Sequence[str], robot: Robo
     values = np.column_stack([columns[axis] for axis in axes])
     scale = np.where(np.array(robot.units("rad")) == "rad", np.pi / 180, 1e-3)
     return values * scale if signal in ("position", "command") else values
-
-
-def _require_efforts(source: Path, telegrams: _Telegrams, signals: dict[str, Signal]) -> None:
-    """Require motor currents or torques."""
-    if not any(name in signals for name in EFFORT):
-        raise NotRecorded(
-            f"{source}: the telegrams have neither motor currents (MACur) nor torques (GearTorque) of all "
-            f"axes; present: {listed(telegrams.elements)}. Let the controller send them: DEF_MACur in SEND "
-            "of the configuration"
-        )
 
 
 def _damage(telegrams: _Telegrams) -> list[str]:

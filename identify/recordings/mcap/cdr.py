@@ -181,11 +181,7 @@ def log_message(stamp: int, level: int, name: str, text: str, function: str = ""
 
 
 def read_log(message: bytes) -> LogMessage:
-    """Message from `log_message`, or from another writer with the same byte order.
-
-    Raises:
-        ValueError: It is not such a message.
-    """
+    """Message from `log_message` or a writer with the same byte order; ValueError if it is none."""
     try:
         seconds, nanoseconds, level = struct.unpack_from("<iIB", message, 4)
         texts, place = [], 13

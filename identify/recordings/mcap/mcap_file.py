@@ -68,7 +68,11 @@ def _streams(recording: Recording, epoch: int) -> list[Stream]:
         (topic, recording.signals[next(iter(topic.fields))].time, topic.messages(joints, recording.signals))
         for topic in topics.topics_of(recording.signals)
     ]
-    content.append(_transforms(recording))
+    # Poses of the links at `TRANSFORM_RATE`, or at the rate of the recording if that is lower.
+    position = recording.signals["position"]
+    shown = position[np.flatnonzero(np.diff(writing.ticks(position.time), prepend=-np.inf))]
+    poses = writing.pose_messages(recording.robot.kinematics, shown.time, shown.values)
+    content.append((topics.TRANSFORMS, shown.time, poses))
     if recording.timing is not None:
         timing = recording.timing
         content.append((topics.timing_topic(timing.stages), timing.time, topics.timing_messages(timing)))
@@ -107,14 +111,6 @@ def host_clock(recording: Recording, time: np.ndarray, epoch: int) -> np.ndarray
     known = nanoseconds(recording.signals["position"].time)
     late = recording.host_time - known - epoch
     return time + np.rint(np.interp(time - epoch, known, late)).astype(np.int64)
-
-
-def _transforms(recording: Recording) -> tuple[Topic, np.ndarray, np.ndarray]:
-    """Poses of the links at `TRANSFORM_RATE`, or at the rate of the recording if that is lower."""
-    position = recording.signals["position"]
-    shown = position[np.flatnonzero(np.diff(writing.ticks(position.time), prepend=-np.inf))]
-    poses = writing.pose_messages(recording.robot.kinematics, shown.time, shown.values)
-    return topics.TRANSFORMS, shown.time, poses
 
 
 def read_recording(path: Path | str) -> Recording:

@@ -22,7 +22,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from ...errors import NotAFile
 from ...file_names import read_failure
-from ..decompression_limits import LEAST, largest_size, too_large
+from ..reading_limits import LEAST, largest_size, too_large
 
 MAGIC = b"\x89MCAP0\r\n"
 _FRAME = struct.Struct("<BQ")

@@ -38,9 +38,8 @@ def words_of(name: str) -> list[str]:
 
 def unit_of(name: str) -> str:
     """Unit that a name states, or ""."""
-    words = (
-        words_of(stated_unit(name)[1]) or words_of(name)[1:]
-    )  # the first word is the quantity: here, `s` does not mean seconds
+    # The first word is the quantity: `s` does not mean seconds there.
+    words = words_of(stated_unit(name)[1]) or words_of(name)[1:]
     return next((unit for unit, known in UNITS.items() if known.intersection(words)), "")
 
 

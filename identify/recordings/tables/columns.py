@@ -10,7 +10,7 @@ from ...arm.robot import Robot
 from ...errors import RecordingError, WrongShape, listed
 from ..incomplete_samples import NEEDED
 from ..recording import EFFORT, SIGNALS
-from ..steps_back import ROUNDED
+from ..time_order import ROUNDED
 from .column_names import MEASURED, Family, families, words_of
 from .name_index import (
     TIMES,
@@ -52,9 +52,6 @@ class Columns:
 
     `joints` are the names of the robot's joints in the table, in any form that `_names_in_log` accepts, and
     `effort` is the signal that a column of effort stands for.
-
-    Attributes:
-        left_out: Sentences about optional columns that contain text and were not read, and other facts.
     """
 
     def __init__(
@@ -69,7 +66,7 @@ class Columns:
         # Words for an effort belong to the signal that it stands for.
         self._words = {signal: words - EFFORTS for signal, words in WORDS.items()}
         self._words[effort] |= EFFORTS
-        self.left_out: list[str] = []
+        self.left_out: list[str] = []  # sentences about columns of text that were not read, and other facts
         self._index = NameIndex(table.names)
         self._joints, self._numbers = _names_in_log(robot, joints), list(range(1, robot.dof + 1))
         log_joints = table.joints
@@ -86,11 +83,7 @@ class Columns:
         return all(any(map(self._index.exact, each)) for each in choices)
 
     def time(self, stated: Mapping[str, Names], where: str) -> int:
-        """Index of the time column.
-
-        Raises:
-            WrongShape: There is no time column, or it contains text.
-        """
+        """Index of the time column; raises `WrongShape` if there is none, or if it contains text."""
         times = [str(stated["time"])] if "time" in stated else list(TIMES)
         place = self._place(times, ("s",))
         if place < 0:
@@ -114,15 +107,10 @@ class Columns:
     ) -> dict[str, list[int]]:
         """Signals in the table, and the index of the column of each joint; -1 for a joint without a column.
 
-        Args:
-            stated: Names of columns by signal or "time".
-            chosen: The subset of `stated` that was chosen for this file, whose robot may have more joints.
-            usual: Other signals that are looked up by usual names.
-            where: Name of the file in messages.
-            words: Whether these may have other names that contain words for the signal.
-
-        Raises:
-            WrongShape: A column that is needed or was named is missing, is text, or belongs to another robot.
+        `stated` are names of columns by signal or "time", of which those in `chosen` are of this file, whose
+        robot may have more joints. Signals in `usual` are looked up by usual names, or with `words` by names
+        that contain words for the signal. `where` is the name of the file in messages. Raises `WrongShape` if
+        a column that is needed or was named is missing, is text, or belongs to another robot.
         """
         stated = {signal: expanded(names) for signal, names in stated.items()}
         block = self._block(stated.get("position", ()))
@@ -319,17 +307,10 @@ def _names_in_log(robot: Robot, joints: Names | None) -> list[str]:
 
 
 def find_joints(robot: Robot, log_joints: Sequence[str], joints: Names | None, where: str) -> list[str]:
-    """Name of each joint in a log; a prefix that all joints of an arm share is recognized.
+    """Name of each joint in a log with `log_joints`; a prefix that all joints of an arm share is recognized.
 
-    Args:
-        robot: Robot whose joints are looked up.
-        log_joints: All names of joints in the log.
-        joints: Names in the log: one per joint, in the robot's order, or a pattern with {joint} or {number}.
-        where: Name of the log in messages.
-
-    Raises:
-        WrongShape: There is not one name per joint.
-        RecordingError: A joint is missing, or the log has the joints of several arms.
+    `joints` are the names there: one per joint, in the robot's order, or a pattern with {joint} or {number}.
+    `where` is the name of the log in messages.
     """
     wanted = _names_in_log(robot, joints)
     missing = [name for name in wanted if name not in log_joints]

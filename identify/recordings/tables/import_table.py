@@ -16,8 +16,8 @@ from ..hints import import_with_hints
 from ..incomplete_samples import without_damaged, without_incomplete
 from ..recording import EFFORT, SIGNALS, KnownPayload, Recording, Signal
 from ..recording_checks import check
-from ..separate_runs import separate_runs
 from ..servo_error import COMMAND, LAW, clipped_words, lacks_effort, servo_of, servo_words, with_servo_error
+from ..time_order import separate_runs
 from ..units import joint_side, to_axes_of_robot
 from .columns import EFFORT_MEANS, Columns, Names
 from .preset import Preset, preset_for, read_preset
@@ -87,8 +87,8 @@ def import_table(
         raise RecordingError(f"effort (--effort) '{effort}': valid are {', '.join((*EFFORT, COMMAND))}")
     by_servo, effort = effort == COMMAND, EFFORT_MEANS if effort == COMMAND else effort
     stated_preset = read_preset(preset) if isinstance(preset, str | Path) else preset
-    chosen = _by_signal(columns or {}, effort, "columns (--columns)", ("time",))
-    stated = _by_signal(units or {}, effort, "units (--units)", ("time",))
+    chosen = _by_signal(columns or {}, effort, "columns (--columns)")
+    stated = _by_signal(units or {}, effort, "units (--units)")
     time_unit = str(stated.pop("time", ""))
     stem = _stem(source)
     recordings = []
@@ -179,15 +179,7 @@ def from_dataframe(table: Any, robot: Model, name: str = "table", **options: Any
 def import_values(
     names: Sequence[str], values: np.ndarray, source: str, model: Model, **options: Any
 ) -> list[Recording]:
-    """Runs of named columns.
-
-    Args:
-        names: Names of the c columns.
-        values: Values of the columns, shape (t, c).
-        source: Name of the log in messages.
-        model: Nominal model.
-        options: Options of `import_table`.
-    """
+    """Runs of c named columns (t, c), with options of `import_table`; `source` names the log in messages."""
     return import_table(lambda _: [Table([*names], values)], Path(source), model, **options)
 
 
@@ -211,11 +203,9 @@ def _checked(recording: Recording, source: Path, table: Table, stamps: np.ndarra
         raise NotFinite(f"{source} {row}: {error}", error.time) from error
 
 
-def _by_signal(
-    stated: Mapping[str, Names], effort: str, option: str, more: Sequence[str] = ()
-) -> dict[str, Names]:
+def _by_signal(stated: Mapping[str, Names], effort: str, option: str) -> dict[str, Names]:
     """Values of an option by signal; the key "effort" is replaced by the signal `effort`."""
-    valid = (*more, *SIGNALS, "effort")
+    valid = ("time", *SIGNALS, "effort")
     if unknown := [key for key in stated if key not in valid]:
         raise WrongShape(f"{option}: unknown {', '.join(unknown)}. Valid: {', '.join(valid)}")
     return {effort if key == "effort" else key: value for key, value in stated.items()}

@@ -48,11 +48,7 @@ class Reading(Struct, frozen=True, forbid_unknown_fields=True):
         return self == Reading(self.column)
 
     def numbers(self, values: np.ndarray, where: str) -> np.ndarray:
-        """Values in the unit from the numbers of a log, shape (t, n).
-
-        Raises:
-            WrongShape: There is not one sign, scale or zero per joint.
-        """
+        """Values in the unit from the numbers of a log, shape (t, n)."""
         n = values.shape[1]
         for key in ("sign", "scale", "zero"):
             if len(stated := _each(getattr(self, key))) not in (1, n):
@@ -115,11 +111,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def read_preset(source: str | Path) -> Preset:
-    """A preset from a file, or a built-in preset by its name.
-
-    Raises:
-        RobotError: The preset or file does not exist, or is wrong; the message names the valid keys.
-    """
+    """A preset from a file, or a built-in preset by its name."""
     if str(source) in preset_names():
         text = resources.files(__package__).joinpath("presets", f"{source}.toml").read_text("utf-8")
         return parse_preset(text, str(source))

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
+from ..misread_columns import percent_questions
 from ..recording import SIGNALS, Signal
 from ..units import ANGLES, COMMANDS, factors, is_travel, unit_named
-from ..wrong_unit import percent_questions
 from .columns import Columns, Names, own_time
 from .preset import Preset, Reading
 from .table import DATE, Table
@@ -28,9 +28,6 @@ class SignalUnits:
 
     The unit of a column is the first that is stated: with the import, by `degrees`, by the preset, by the
     file; for a command, by the measured signal. Otherwise it is the SI unit.
-
-    Attributes:
-        facts: Sentences about units in the file that were not applied.
     """
 
     def __init__(
@@ -41,7 +38,7 @@ class SignalUnits:
         stated: Units,
         degrees: bool,
     ) -> None:
-        self.facts: list[str] = []
+        self.facts: list[str] = []  # sentences about units in the file that were not applied
         self._columns, self._preset, self._places = columns, preset, places
         self._stated, self._degrees = stated, degrees
         if missing := [signal for signal in stated if signal not in places]:
@@ -145,11 +142,7 @@ def stamped(
     """Rows of a table that have a time, their time stamps (t,) [s], and sentences about their reading.
 
     `place` is the index of the time column, None if the preset has a rate; `unit` overrides the preset and
-    the file.
-
-    Raises:
-        NotAFile: There are fewer than two rows.
-        NotFinite: Fewer than two rows have a time.
+    the file. At least two rows need a time.
     """
     source, table = columns.source, columns.table
     if len(table.values) < 2:

@@ -1,7 +1,6 @@
 """Table: named columns of numbers, from a text file or from arrays."""
 
 import csv
-import gzip
 import re
 import zlib
 from array import array
@@ -17,9 +16,20 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 
 from ...errors import ExidynError, NotAFile, WrongShape
-from ..decompression_limits import largest_size, require_gzip, too_large
-from .cells import decimal_mark, is_missing, number, onward, seconds_of
-from .layout import COMMENT, PREAMBLE, Layout, cells_of, layout_of, without_empty_end
+from ..reading_limits import largest_size, opened, require_gzip, too_large
+from .cells import (
+    COMMENT,
+    PREAMBLE,
+    Layout,
+    cells_of,
+    decimal_mark,
+    is_missing,
+    layout_of,
+    number,
+    onward,
+    seconds_of,
+    without_empty_end,
+)
 from .name_index import is_unit, names_joints, stated_unit
 
 LONGEST_LINE = 1_000_000
@@ -95,17 +105,12 @@ def refused_as(source: Path, form: str) -> Iterator[None]:
 def read_csv(source: Path) -> list[Table]:
     """Read a line of names, followed by one row of numbers per line; errors name the line.
 
-    There may be lines before the names and a row of units below them (`layout.py`), and numbers, dates and
-    words for missing numbers in any usual form (`cells.py`). The text is never in memory at once: for a
+    There may be lines before the names and a row of units below them, and numbers, dates and words for
+    missing numbers in any usual form. The text is never in memory at once: for a
     compressed file it may be a hundred times as large as its numbers.
-
-    Raises:
-        NotAFile: The file is missing, empty, cut off, too large, or not a table.
-        WrongShape: A row and the line of names differ in length.
     """
     try:
-        if source.name.endswith(".gz"):
-            require_gzip(source)
+        require_gzip(source)
         return [_read_csv(source)]
     except (OSError, EOFError, UnicodeError, zlib.error, csv.Error) as error:
         raise NotAFile(f"{source} cannot be read as a table: {error}") from error
@@ -125,8 +130,17 @@ def _read_csv(source: Path) -> Table:
     table = _plain_numbers(rows, names, layout) or _any_cells(source, rows, names, layout)
     if table.lines is None or not len(table.lines):
         raise NotAFile(f"{source} has no samples")
-    table = table._replace(repeated=tuple(sorted(repeated)))
-    return _without_blank(table._replace(units={**units, **table.units}, above=layout.above))
+    # Spreadsheets add columns that have neither a name nor numbers.
+    empty = ~np.isfinite(table.values).any(axis=0)
+    blank = [re.fullmatch(r"(\.\d+)?", name) is not None for name in table.names]
+    used = np.flatnonzero(~(empty & np.array(blank)))
+    return table._replace(
+        names=[table.names[k] for k in used],
+        values=table.values[:, used],
+        units={**units, **table.units},
+        above=layout.above,
+        repeated=tuple(sorted(repeated)),
+    )
 
 
 def _distinct(names: list[str]) -> list[str]:
@@ -137,14 +151,6 @@ def _distinct(names: list[str]) -> list[str]:
         count[name] = count.get(name, -1) + 1
         result.append(f"{name}.{count[name]}" if count[name] else name)
     return result
-
-
-def _without_blank(table: Table) -> Table:
-    """Table without columns that have neither a name nor numbers, which spreadsheets add."""
-    empty = ~np.isfinite(table.values).any(axis=0)
-    blank = [re.fullmatch(r"(\.\d+)?", name) is not None for name in table.names]
-    used = np.flatnonzero(~(empty & np.array(blank)))
-    return table._replace(names=[table.names[k] for k in used], values=table.values[:, used])
 
 
 def _plain_numbers(rows: Rows, names: list[str], layout: Layout) -> Table | None:
@@ -223,8 +229,7 @@ def _row(source: Path, line: int, row: str, layout: Layout, width: int) -> list[
 
 def lines_of(source: Path) -> Iterator[tuple[int, str]]:
     """Number and text of each line."""
-    opener = gzip.open if source.name.endswith(".gz") else open
-    with opener(source, "rt", encoding=_encoding(source)) as file:
+    with opened(source, "rt", encoding=_encoding(source)) as file:
         line = 0
         while row := file.readline(LONGEST_LINE):
             line += 1
@@ -237,9 +242,8 @@ def lines_of(source: Path) -> Iterator[tuple[int, str]]:
 
 def _encoding(source: Path) -> str:
     """Encoding of a text, from its first bytes: UTF-16 (from spreadsheets), else UTF-8 or Latin-1."""
-    opener = gzip.open if source.name.endswith(".gz") else open
-    with opener(source, "rb") as file:
-        begin = file.read(4096)
+    with opened(source, "rb") as file:
+        begin: bytes = file.read(4096)
     if begin[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return "utf-16"
     try:

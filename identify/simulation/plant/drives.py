@@ -64,11 +64,7 @@ def _fewest(duration: float, longest: float) -> int:
 
 
 class CommandPath:
-    """Cubic polynomials between commands, with continuous position and velocity.
-
-    Args:
-        start: Position at which the arm stands, shape (n,) [rad].
-    """
+    """Cubic polynomials between commands, from rest at a start (n,) [rad], continuous up to velocity."""
 
     def __init__(self, start: np.ndarray) -> None:
         self._before = self._position = start
@@ -166,11 +162,8 @@ class DriveControl:
 class Servo:
     """The cascade, linear in position, velocity and integral up to its torque limit, for implicit steps.
 
-    Args:
-        control: Gains and limits.
-        gain: Torque per current, shape (n,) [N m/A].
-        coupling: Matrix that maps joint motion to motor motion, shape (n, n) [-].
-        motors: Matrix that maps the plant's coordinates to motor positions on the joint side, shape (n, x).
+    `gain` is the torque per current (n,) [N m/A]. The coupling (n, n) maps joint motion to motor motion, and
+    `motors` (n, x) the plant's coordinates to motor positions on the joint side.
     """
 
     def __init__(

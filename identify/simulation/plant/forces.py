@@ -60,13 +60,7 @@ def motion_at_rest(rows: int, joints: int, payload: str = "") -> Motion:
 
 
 class EffectMemory:
-    """Torque of effects, and the memory of those whose torque depends on past positions.
-
-    Args:
-        robot: The arm.
-        effects: Pairs of an effect and its parameters (p,).
-        payload: Name of the payload.
-    """
+    """Torque of effects with parameters (p,), and the memory of those that depend on past positions."""
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str = "") -> None:
         self._robot, self._still = robot, motion_at_rest(1, robot.dof, payload)
@@ -100,15 +94,10 @@ class EffectMemory:
 
 
 class EffectSum:
-    """Sum of effects with their values, and the motions at which they are evaluated.
+    """Sum of effects with parameters (p,), and the motions at which they are evaluated.
 
     Motions are overwritten instead of created, because their arrays and checks would take longer than the
     effects.
-
-    Args:
-        robot: The arm.
-        effects: Pairs of an effect and its parameters (p,).
-        payload: Name of the payload.
     """
 
     def __init__(self, robot: Robot, effects: Sequence[tuple[Effect, np.ndarray]], payload: str) -> None:
@@ -126,23 +115,14 @@ class EffectSum:
     def at(
         self, joints: Joints, later: np.ndarray, load: np.ndarray | None, temperature: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Torque without acceleration, its slope by velocity, and inertia at a later position.
+        """Torque without acceleration (n,) [N m], its slope by velocity (n,) [N m s/rad], and inertia (n, n).
 
-        Args:
-            joints: Motion of the joints; their acceleration is ignored.
-            later: Position at which the inertia is computed, shape (n,) [rad].
-            load: Gear load, shape (n,) [N m]; None if no effect needs it.
-            temperature: Joint temperature, shape (n,) [degC].
-
-        Returns:
-            Torque (n,) [N m], slope (n,) [N m s/rad] and inertia (n, n) [kg m^2].
+        The acceleration of the joints is ignored, and the inertia [kg m^2] is that at a later position (n,)
+        [rad]. The load of the gears is (n,) [N m], None if no effect needs it, the temperature (n,) [degC].
         """
         linear = self._linear
-        force, slope, inertia = (
-            linear.constant + linear.by_velocity @ joints.velocity,
-            linear.slope,
-            linear.inertia,
-        )
+        force = linear.constant + linear.by_velocity @ joints.velocity
+        slope, inertia = linear.slope, linear.inertia
         if self._effects:
             _write(self._here, joints.position, joints.velocity, load, temperature)
             self._here.velocity[1] += SHIFT
@@ -169,14 +149,7 @@ def _write(
 
 
 class ArmForces:
-    """Sum of a model's effects, evaluated at successive states.
-
-    Args:
-        model: Model of the real arm.
-        values: Parameters of the model, shape (p,).
-        payload: Name of the payload; empty for none.
-        transmission: Gears between motors and links.
-    """
+    """Sum of a model's effects with parameters (p,), evaluated at successive states."""
 
     def __init__(self, model: Model, values: np.ndarray, payload: str, transmission: Transmission) -> None:
         self._rigid = len(transmission.elastic) == 0
@@ -194,12 +167,8 @@ class ArmForces:
     def at(self, state: Joints, later: np.ndarray, temperature: np.ndarray) -> tuple[Forces, np.ndarray]:
         """Forces in a state, and inertia (x, x) [kg m^2] at a later position.
 
-        Sets `friction`, the torque on the motor side of the gears, shape (n,) [N m].
-
-        Args:
-            state: State in the plant's coordinates; its acceleration affects only the load of the gears.
-            later: Position at which the inertia is computed, shape (x,) [rad].
-            temperature: Joint temperature, shape (n,) [degC].
+        Sets `friction`, the torque on the motor side of the gears, shape (n,) [N m]. The state and the later
+        position (x,) [rad] are in the plant's coordinates; acceleration affects only the load of the gears.
         """
         if self._rigid:
             force, slope, inertia, load = self._link_side(state, later, temperature)

@@ -4,13 +4,15 @@ from dataclasses import dataclass
 from math import exp
 
 import numpy as np
+import pinocchio as pin
 
 from ...effects import RotorInertia
 from ...errors import RobotError
 from ...model import Model
-from .link_size import link_size
 from .steps import Elastic
 
+POSES = 64
+"""Number of random poses over which inertia and load are averaged."""
 TINY = 1e-9
 """Minimum inertia of a link [kg m^2]."""
 LIGHT = 0.01
@@ -135,3 +137,19 @@ class Thermal:
         """Temperature (n,) [degC] after some time [s] at a current [A] and a friction loss [W]."""
         final = self.ambient + self.rise * (self.resistance * current**2 + friction)
         return final + (temperature - final) * exp(-seconds / self.time_constant)
+
+
+def random_poses(model: Model) -> np.ndarray:
+    """Random poses within the joint range, shape (POSES, n) [rad]."""
+    limits = model.robot.limits
+    lower, upper = np.maximum(limits.position_lower, -np.pi), np.minimum(limits.position_upper, np.pi)
+    return np.random.default_rng(0).uniform(lower, upper, (POSES, model.robot.dof))
+
+
+def link_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Inertia [kg m^2] and load by gravity and 1 rad/s^2 [N m] of each joint, means over poses, each (n,)."""
+    kinematics, _ = model.bodies_apart(model.nominal_values, "")
+    data, poses = kinematics.createData(), random_poses(model)
+    inertia = np.mean([np.diagonal(pin.crba(kinematics, data, pose)) for pose in poses], axis=0)
+    weights = [pin.computeGeneralizedGravity(kinematics, data, pose) for pose in poses]
+    return inertia, np.mean(np.abs(weights), axis=0) + inertia

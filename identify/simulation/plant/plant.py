@@ -77,9 +77,7 @@ class Plant:
         seed: int = 0,
     ) -> None:
         robot, n = model.robot, model.robot.dof
-        gain, start = (
-            _one_per_joint(model, name, array) for name, array in (("gain", gain), ("start", start))
-        )
+        gain, start = _one_per_joint(model, "gain", gain), _one_per_joint(model, "start", start)
         sensors, thermal = sensors or Sensors.exact(n), thermal or Thermal.constant(n)
         transmission = transmission or Transmission.of(model)
         model, values = with_motors(model, values, transmission.elastic)
@@ -95,7 +93,9 @@ class Plant:
         commanded = start + np.linalg.solve(robot.coupling, self._servo.error_for(holding))
         self._path = CommandPath(commanded)
         self._reference = self._servo.reference(commanded, np.zeros(n))
-        self._compile_steps()
+        # A discarded step, so that compilation happens now and not during real-time control.
+        make_steps = stepping(self._servo, self._springs, integration.step)
+        make_steps(self._state, self._inertia, self._here, self._here, self._reference[None])
         limit = np.minimum(sensors.current_limit, model.current_limit)
         current_delay = sensors.current_delay + model.delay
         # A negative delay of the current is a delay of the positions.
@@ -123,11 +123,6 @@ class Plant:
         self._here, self._inertia = self._forces.at(state, position, self._temperature)
         solve(self._inertia, position)  # raises if there is no inertia
         return State(position, still, still, self._servo.integral_for(holding)), holding
-
-    def _compile_steps(self) -> None:
-        """Make a discarded step, so that compilation happens now and not during real-time control."""
-        make_steps = stepping(self._servo, self._springs, self._integration.step)
-        make_steps(self._state, self._inertia, self._here, self._here, self._reference[None])
 
     def measure(self) -> Measured:
         """Current sensor measurements."""
@@ -181,10 +176,8 @@ class Plant:
             self._advance(references[steps], references[middle], cut)
             self._reference = references[end]
             self._past.add(self._now(), cut.steps * cut.step)
-        heat, coordinates = (
-            self._forces.friction * (self._motors @ self._state.velocity),
-            len(self._state.position),
-        )
+        heat = self._forces.friction * (self._motors @ self._state.velocity)
+        coordinates = len(self._state.position)
         current = self._past.newest[coordinates:]
         self._temperature = self._thermal.after(self._temperature, current, heat, cut.seconds)
         position, current = np.split(self._past.delayed(), [coordinates])

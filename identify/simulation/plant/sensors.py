@@ -36,12 +36,7 @@ class Sensors:
 
 
 class Past:
-    """Buffer of past values, for sensors with a delay.
-
-    Args:
-        delay: Delay of each value, shape (k,) [s].
-        values: Initial values, shape (k,).
-    """
+    """Buffer of past values, for sensors with a delay (k,) [s] of each value, from initial values (k,)."""
 
     def __init__(self, delay: np.ndarray, values: np.ndarray) -> None:
         self._delay, self._longest, self._ages, self._values = delay, float(np.max(delay)), [0.0], [values]
@@ -68,18 +63,9 @@ class Past:
 
 
 class Readings:
-    """Sensors with their state. Every sample draws the same number of random numbers.
+    """Sensors with their state: the last measured position, velocity and current, (n,) each [rad, rad/s, A].
 
-    Args:
-        sensors: Resolution and noise of the sensors.
-        position: Initial position, shape (n,) [rad].
-        current: Initial current, shape (n,) [A].
-        seed: Seed of the noise.
-
-    Attributes:
-        position: Last measured position, shape (n,) [rad].
-        velocity: Last measured velocity, shape (n,) [rad/s].
-        current: Last measured current, shape (n,) [A].
+    Every sample draws the same number of random numbers.
     """
 
     def __init__(self, sensors: Sensors, position: np.ndarray, current: np.ndarray, seed: int) -> None:
@@ -91,10 +77,8 @@ class Readings:
         self.round_temperature = _rounding(np.full(n, sensors.temperature_step))
         white = self._random.normal(size=(3, n))
         self._drift = sensors.current_drift * white[0]
-        self.position, self.velocity = (
-            self._round_position(position + sensors.encoder_noise * white[1]),
-            np.zeros(n),
-        )
+        self.position = self._round_position(position + sensors.encoder_noise * white[1])
+        self.velocity = np.zeros(n)
         self.current = self._current(current + self._drift + sensors.current_noise * white[2])
 
     def see(

@@ -6,8 +6,7 @@ from ...arm.robot import Robot
 from ...model import Model
 from .drives import DriveControl
 from .forces import ArmForces, Joints
-from .gears import Thermal, Transmission
-from .link_size import random_poses
+from .gears import Thermal, Transmission, random_poses
 from .plant import Plant
 from .sensors import Sensors
 

@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.identification.effects import Prior, StribeckFriction
 from exidyn.identification.in_mujoco.answer import Answer, attached
-from exidyn.identification.in_mujoco.judge import Gain
+from exidyn.identification.in_mujoco.distances import Gain
 from exidyn.identification.in_mujoco.ladder import Step
 from tests.parts.servo_arms import described
 

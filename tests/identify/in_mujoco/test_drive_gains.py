@@ -13,8 +13,8 @@ from exidyn.identification.document.text import blocks_lines
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.in_mujoco.answer import DriveGains, attached, drive_gains, file_alone
+from exidyn.identification.in_mujoco.distances import Gain, Judge
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.judge import Gain, Judge
 from exidyn.identification.in_mujoco.ladder import TOGETHER, Ladder, Step
 from exidyn.identification.in_mujoco.replay import POSITION, TORQUE, Run
 from exidyn.identification.in_mujoco.trial import Source, Trial

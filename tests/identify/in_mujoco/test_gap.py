@@ -10,10 +10,9 @@ import pytest
 from exidyn.acquire.command_line import main
 from exidyn.identification.effects import Prior, StribeckFriction
 from exidyn.identification.errors import RecordingError, RobotError
-from exidyn.identification.in_mujoco.distances import Distances
-from exidyn.identification.in_mujoco.judge import JOINTS, Gain, Judge
+from exidyn.identification.in_mujoco.distances import JOINTS, Distances, Gain, Judge
+from exidyn.identification.in_mujoco.mujoco_laws import lead, servo_torque
 from exidyn.identification.in_mujoco.replay import what_is_commanded
-from exidyn.identification.in_mujoco.servo_torque import lead, servo_torque
 from exidyn.identification.pages.gap_document import Compared
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.servo_error import LAW, servo_of, servo_words, with_servo_error

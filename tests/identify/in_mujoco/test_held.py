@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identification.errors import RobotError
-from exidyn.identification.in_mujoco.held import hold_others
 from exidyn.identification.in_mujoco.replay import TORQUE, Run, Simulator
+from exidyn.identification.in_mujoco.switched_off import hold_others
 from exidyn.identification.robot_files.mjcf import compile_mjcf
 from exidyn.identification.robot_files.robot_file import model_text, parse_model, read_model
 from exidyn.mujoco import attach

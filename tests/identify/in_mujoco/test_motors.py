@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.identification.errors import RobotWarning
 from exidyn.identification.in_mujoco.attached import Attached
-from exidyn.identification.in_mujoco.motors import silence
+from exidyn.identification.in_mujoco.switched_off import silence
 from exidyn.identification.robot_files.robot_file import read_model
 
 mujoco = pytest.importorskip("mujoco")

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identification.diagnosis.runs.rows import REVERSALS
 from exidyn.identification.effects import CoulombFriction
-from exidyn.identification.in_mujoco.solver_friction import (
+from exidyn.identification.in_mujoco.mujoco_laws import (
     TANH,
     reversal_velocities,
     with_solver_friction,

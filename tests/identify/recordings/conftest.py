@@ -4,7 +4,7 @@ from importlib import import_module
 
 import pytest
 
-from exidyn.identification.recordings.importers import read_apart
+from exidyn.identification.recordings import reading_limits
 
 
 @pytest.fixture
@@ -15,4 +15,4 @@ def in_process(monkeypatch):
         module, name = place.split(":")
         return getattr(import_module(module), name)(*arguments)
 
-    monkeypatch.setattr(read_apart, "call", call)
+    monkeypatch.setattr(reading_limits, "call", call)

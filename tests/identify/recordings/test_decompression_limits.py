@@ -10,9 +10,9 @@ import pytest
 from mcap.writer import CompressionType, Writer
 
 from exidyn.identification.errors import NotAFile, RecordingError
-from exidyn.identification.recordings.decompression_limits import LEAST, RATIO, VARIABLE, largest_size
-from exidyn.identification.recordings.importers import import_source, read_apart, read_tables
+from exidyn.identification.recordings.importers import import_source, read_tables
 from exidyn.identification.recordings.mcap.mcap_records import read_contents
+from exidyn.identification.recordings.reading_limits import LEAST, RATIO, VARIABLE, largest_size
 
 from ...parts.runs.runs import model
 
@@ -107,7 +107,7 @@ def test_a_chunk_that_states_less_than_it_holds_is_not_unpacked(tmp_path):
 @pytest.mark.parametrize("mode", ["message", "file", "storage"])
 def test_a_bag_compressed_by_zstd_is_limited(tmp_path, monkeypatch, mode):
     rosbag2, typesys = (pytest.importorskip(f"rosbags.{name}") for name in ("rosbag2", "typesys"))
-    monkeypatch.setattr(read_apart, "LIBRARIES", 100_000_000)
+    monkeypatch.setattr("exidyn.identification.recordings.reading_limits.LIBRARIES", 100_000_000)
     monkeypatch.setenv(VARIABLE, "10000000")
     plugin = rosbag2.StoragePlugin.MCAP if mode == "storage" else rosbag2.StoragePlugin.SQLITE3
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)

@@ -9,8 +9,8 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identification.errors import NotAFile
-from exidyn.identification.recordings.decompression_limits import VARIABLE
-from exidyn.identification.recordings.importers import read_apart, read_tables
+from exidyn.identification.recordings import reading_limits
+from exidyn.identification.recordings.importers import read_tables
 
 from ...parts.descendants import started, within
 
@@ -48,7 +48,7 @@ def test_a_library_that_dies_is_one_line_with_file_and_library(library, code, ho
 
 
 def test_a_library_that_does_not_come_to_an_end_is_ended(library, monkeypatch):
-    monkeypatch.setattr(read_apart, "START", 1.0)
+    monkeypatch.setattr(reading_limits, "START", 1.0)
     with pytest.raises(NotAFile, match="its reader, h5py, took more than 1 s"):
         read_tables(library("import time; time.sleep(600.0)"))
 
@@ -60,8 +60,8 @@ def test_memory_beyond_the_limit_is_refused(library, monkeypatch, capsys):
         read_tables(path)
     assert main(["import", str(path), "--robot", "kr270"]) == REFUSED
     [line] = capsys.readouterr().err.splitlines()
-    assert line.endswith(f"state a larger limit in bytes: {VARIABLE}=1000000000")
-    monkeypatch.setenv(VARIABLE, "1000000000")
+    assert line.endswith(f"state a larger limit in bytes: {reading_limits.VARIABLE}=1000000000")
+    monkeypatch.setenv(reading_limits.VARIABLE, "1000000000")
     with pytest.raises(NotAFile, match="cannot be read as HDF5"):  # by that module, which took what it wanted
         read_tables(path)
 

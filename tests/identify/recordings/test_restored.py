@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from exidyn.identification.recordings.misread_columns import signed, unwrapped
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.recording_checks import check
-from exidyn.identification.recordings.restored_columns import signed, unwrapped
 
 from ...parts.runs.logs import cobot_log
 

@@ -5,7 +5,7 @@ import pytest
 
 from exidyn.identification.errors import BadTime
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.steps_back import Remedy, advice, steps_back
+from exidyn.identification.recordings.time_order import Remedy, advice, steps_back
 
 from ...parts.runs.runs import TIME as RUN_TIME
 from ...parts.runs.runs import model, motion, noise

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.recordings.wrong_unit import angle_advice, in_percent, in_ticks
+from exidyn.identification.recordings.misread_columns import angle_advice, in_percent, in_ticks
 
 DEGREES = np.linspace(-40.0, 90.0, 500)
 TICKS = np.round(2048 + DEGREES / 360 * 4096)

@@ -1,8 +1,12 @@
-"""Joints of a simulation that no recording contains: held rigidly, or led by a joint that is recorded.
+"""Parts of a compiled MJCF that a simulation switches off: joints, drives, and friction of DC motors.
 
-The identified model has no such joints. A held joint gets a rotor of 1e15 kg m^2 in the compiled model, so no
-force moves it: the other joints move as if it was welded, without the softness of a constraint. A joint that
-an equality couples to a recorded joint stays free and follows it.
+The identified model lacks joints that no recording contains: they are held rigidly, or led by a joint that is
+recorded. A held joint gets a rotor of 1e15 kg m^2 in the compiled model, so no force moves it: the other
+joints move as if it was welded, without the softness of a constraint. A joint that an equality couples to a
+recorded joint stays free and follows it.
+
+The number of a DC motor's states depends on which of its numbers are zero, so MuJoCo stops if a stiffness or
+an integral gain becomes zero in a compiled model. Such numbers are kept above zero here.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,9 +16,10 @@ import numpy as np
 
 from ..arm.robot import Robot
 from ..export.mjcf_gears import TWIST
-from ..export.mjcf_same import held_in
+from ..export.mjcf_patch import held_in
+from ..robot_files.mjcf_dcmotors import SHORTED, dc_motors, is_dc_motor
 from ..robot_files.mjcf_held import followed, held_positions
-from ..robot_files.mjcf_names import enum_of, joint_equalities, joint_name
+from ..robot_files.mjcf_names import actuators, drives_joint, enum_of, joint_equalities, joint_names
 
 ROTOR = 1e15
 """Inertia of a held joint [kg m^2, kg]: a force of 1000 N moves it by less than 1e-8 m in 100 s."""
@@ -37,12 +42,8 @@ class Others(NamedTuple):
 
 
 def hold_others(model: Any, robot: Robot, where: str) -> Others:
-    """Hold all joints of a compiled MJCF that the robot does not have, except twists of its gears.
-
-    Raises:
-        RobotError: A held joint has a position that is wrong for its kind.
-    """
-    names = [joint_name(model, joint) for joint in range(model.njnt)]
+    """Hold all joints of a compiled MJCF that the robot does not have, except twists of its gears."""
+    names = joint_names(model)
     twists = [TWIST.format(joint) for joint in robot.joints]
     moving = [name for name in names if name in robot.joints or name in twists]
     positions = held_positions(model, moving, held_in(model, robot), where)
@@ -87,3 +88,53 @@ def mount(model: Any, gravity: np.ndarray, original: np.ndarray | None = None) -
 def weight(model: Any) -> np.ndarray:
     """Gravity of a compiled MJCF [m/s^2], and the largest share of it that is compensated [-], shape (4,)."""
     return np.append(model.opt.gravity, np.max(model.body_gravcomp))
+
+
+OPEN = 1e30
+"""Resistance of an open circuit [ohm]."""
+RESISTANCE, PROPORTIONAL, INTEGRAL, DERIVATIVE = 0, 4, 5, 6
+"""Places in `actuator_gainprm` of a DC motor."""
+BRISTLE_DAMPING = 6
+"""Place in `actuator_dynprm`."""
+AMPLITUDE, COULOMB, STATIC = 0, 3, 4
+"""Places in `actuator_biasprm`."""
+
+
+def silence(model: Any, joints: Sequence[int]) -> None:
+    """Disable the drives of joints; friction, cogging and the brake of shorted motors stay."""
+    for actuator in actuators(model):
+        if not drives_joint(model, actuator) or model.actuator_trnid[actuator][0] not in joints:
+            continue
+        if is_dc_motor(model, actuator):
+            _open_circuit(model, actuator)
+        else:
+            model.actuator_gainprm[actuator] = model.actuator_biasprm[actuator] = 0.0
+
+
+def _open_circuit(model: Any, actuator: int) -> None:
+    """Let no current flow through a motor that has an input."""
+    if int(model.actuator_ctrlspec[actuator]) == SHORTED:
+        return
+    gain = model.actuator_gainprm[actuator]
+    gain[RESISTANCE], gain[PROPORTIONAL], gain[DERIVATIVE] = OPEN, 0.0, 0.0
+    gain[INTEGRAL] = np.finfo(float).tiny if gain[INTEGRAL] > 0.0 else 0.0
+
+
+class MotorFriction:
+    """LuGre friction and cogging of the DC motors of joints, removed while effects replace them."""
+
+    def __init__(self, model: Any, joints: Sequence[int]) -> None:
+        self._model, self._motors = model, [motor.index for motor in dc_motors(model, joints)]
+        self._bias = model.actuator_biasprm[self._motors].copy()
+        self._dynamics = model.actuator_dynprm[self._motors].copy()
+
+    def remove(self) -> None:
+        """Set friction and cogging to zero."""
+        for motor in self._motors:
+            self._model.actuator_biasprm[motor, [AMPLITUDE, COULOMB, STATIC]] = 0.0
+            self._model.actuator_dynprm[motor, BRISTLE_DAMPING] = 0.0
+
+    def restore(self) -> None:
+        """Restore the numbers of the file."""
+        self._model.actuator_biasprm[self._motors] = self._bias
+        self._model.actuator_dynprm[self._motors] = self._dynamics
