@@ -12,8 +12,7 @@ from typing import Any
 from exidyn.identification.errors import ExidynError, RobotWarning
 
 from .arguments.command import Option, name_lines, print_warning
-from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED
-from .arguments.parser import CommandParser, complaint
+from .arguments.parser import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, CommandParser, complaint
 from .commands import COMMANDS, GROUPS, run_command
 from .completion import COMPLETION
 from .screen import screens
@@ -26,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Arguments after `exidyn`; by default those of the process.
 
     Returns:
-        An exit code of `exit_codes`.
+        An exit code, see `MEANINGS`.
     """
     try:
         with screens():

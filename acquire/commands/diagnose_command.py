@@ -27,8 +27,8 @@ from ..arguments.options import (
     output_option,
     robot_option,
 )
-from ..files.diagnosis_files import write_diagnosis
 from ..files.given_runs import PAYLOADS, recorded_case
+from ..files.result_files import write_diagnosis
 from ..terminal.stopwatch import Progress, Stopwatch
 from .result import Result
 

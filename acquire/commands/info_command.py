@@ -11,8 +11,8 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Option, refuse_with, refuse_without
-from ..arguments.exit_codes import DONE, LOST
 from ..arguments.options import FULL, JSON, output_option, require_file, robot_option
+from ..arguments.parser import DONE, LOST
 from ..terminal.recording_text import recording_table, recordings_document
 from .result import Result
 

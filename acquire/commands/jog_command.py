@@ -19,8 +19,8 @@ from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Group, Option, number
-from ..arguments.exit_codes import DONE, WRONG
 from ..arguments.options import BODY, FULL, JSON, output_option, robot_option
+from ..arguments.parser import DONE, WRONG
 from ..arguments.run_options import (
     DRIVING,
     STOPS,

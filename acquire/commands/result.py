@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from exidyn.identification.document.document import Document
 from exidyn.identification.document.text import brief_text, text
 
-from ..arguments.exit_codes import DONE
+from ..arguments.parser import DONE
 from ..terminal.json_output import hand_over, json_text, print_next, print_written
 
 if TYPE_CHECKING:

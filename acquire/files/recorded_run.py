@@ -12,8 +12,7 @@ from exidyn.drivers.host_clock import HOST
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
 
-from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
-from ..arguments.parser import complaint
+from ..arguments.parser import DONE, STOPPED, UNSAFE, complaint
 from ..run.announcer import BLOCKED, Announcer
 from ..run.errors import print_line
 from ..run.frames import END, text_frame
@@ -21,8 +20,7 @@ from ..run.perform import Job, Outcome, perform
 from ..run.pipe import PipeSink, Sink
 from ..run.realtime import realtime
 from ..run.recorder import RunHead, part_of, start_recorder
-from ..run.stopping.standstill import unknown_at_end
-from ..run.stopping.stop import StopRequests
+from ..run.stopping.stop import StopRequests, unknown_at_end
 from ..terminal import run_summary
 from ..terminal.json_output import print_next, print_written
 

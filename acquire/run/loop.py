@@ -18,8 +18,7 @@ from .pipe import Nobody, Sink
 from .player import BRAKING, LISTENING, Player
 from .stopping.escalation import escalate, state_of
 from .stopping.signs import Signs
-from .stopping.standstill import Standstill, unknown_at_end
-from .stopping.stop import Stop, Stops, harder
+from .stopping.stop import Standstill, Stop, Stops, harder, unknown_at_end
 from .stopping.watch import CommandCheck, Watch
 
 LISTEN_ON = 2.0
