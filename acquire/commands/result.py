@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,3 +54,8 @@ class Result:
             if args.save:
                 print_written(args.save)
         return self.code
+
+
+def later(name: str, *content: object) -> "Callable[[], View]":
+    """Function that makes the view of views/NAME.py; it imports Rerun, which takes a second."""
+    return lambda: getattr(import_module(f"..views.{name}", __package__), name)(*content)

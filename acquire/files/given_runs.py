@@ -27,7 +27,7 @@ from exidyn.identification.robot_files.robot_file import builtin_names, read_mod
 from ..arguments.command import Option, WrongUse, any_number
 
 Named = TypeVar("Named", Recording, Trace)
-ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
+ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: {', '.join(builtin_names())}"
 ROLE = "identify"
 """Role of a run that does not state one."""
 LOADED = "payload"
@@ -56,9 +56,6 @@ def renamed(named: Iterable[Named]) -> list[Named]:
 def role_words(role: str) -> str:
     """A run's role in words."""
     return "held out" if role == HELD_OUT else role
-
-
-ARM_HELP += ", ".join(builtin_names())
 
 
 def read_arm(source: str) -> Model:

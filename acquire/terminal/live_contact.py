@@ -5,16 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from exidyn.drivers import Sample
-from exidyn.identification.contact.alarms import Alarms
 from exidyn.identification.contact.contact import free_threshold, torque_unit, wrenches
 from exidyn.identification.contact.observer import Estimates, Observer
+from exidyn.identification.contact.threshold import Alarms
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.recordings.mcap.mcap_writer import ticks
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.text_table import digits
 
-from ..run.contact_frames import ContactHead, ContactRows
-from ..run.frames import Event, event_frame
+from ..run.frames import ContactHead, ContactRows, Event, event_frame
 from ..run.pipe import Sink
 from .watch_text import External
 

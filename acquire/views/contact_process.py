@@ -4,8 +4,7 @@ import sys
 
 import rerun as rr
 
-from ..run.contact_frames import ContactHead, ContactRows
-from ..run.frames import EVENT, HEAD, SAMPLE, Event, read_event
+from ..run.frames import EVENT, HEAD, SAMPLE, ContactHead, ContactRows, Event, read_event
 from .contact_view import EVENTS, LEAST, ContactLog, contact_layout, weight
 from .live_log import live_plot
 from .parts import log_event

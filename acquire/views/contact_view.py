@@ -11,7 +11,7 @@ from exidyn.identification.arm.newton_euler import flange_position
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.model import Model
 
-from ..run.contact_frames import ContactRows
+from ..run.frames import ContactRows
 from .parts import (
     ARM,
     COLORS,

@@ -21,12 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics.dynamics import Dynamics
-from ..dynamics.traced import compiled, writable
+from ..dynamics.program import compiled, fitted_dynamics
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, NotRecorded, WrongShape
 from ..fit.fit import Fit
-from .bandwidth import BANDWIDTH
+from . import BANDWIDTH
 
 AHEAD = 4.0
 """Poles of the low-pass before the observer, over its bandwidth [-]: each delays by a quarter of the time
@@ -64,18 +63,12 @@ class Observer:
     """
 
     def __init__(self, fit: Fit, payload: str = "", bandwidth: float = BANDWIDTH) -> None:
-        model = fit.model
-        if payload and payload not in model.payloads:
-            names = ", ".join(model.payloads) or "none"
-            raise FitError(f"{model.robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
+        self.dynamics = fitted_dynamics(fit, payload)
         if not bandwidth > 0.0:
             raise FitError(f"bandwidth of the observer is {bandwidth:g} Hz; it must be above 0")
-        values = np.zeros(len(model.names))
-        values[fit.base.kept] = fit.estimate.values
         self.fit, self.payload, self.bandwidth = fit, payload, bandwidth
-        self.dynamics = writable(Dynamics.of(model, values, payload))
-        self._functions = compiled(model.robot.dof, ("q", "dq", "temperature"), self._quantities)
-        self._gain = fit.estimate.gain if fit.measures == "current" else np.ones(model.robot.dof)
+        self._functions = compiled(self.dynamics.robot.dof, ("q", "dq", "temperature"), self._quantities)
+        self._gain = fit.estimate.gain if fit.measures == "current" else np.ones(fit.model.robot.dof)
         self.reset()
 
     def reset(self) -> None:

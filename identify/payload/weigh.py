@@ -19,9 +19,8 @@ from ..progress import StageText
 from ..recordings.effort_checks import check_alive
 from ..recordings.recording import KnownPayload, Recording
 from ..recordings.recording_checks import check
-from .body import MASS, Body
+from .body import MASS, Body, consistent_body, intervals
 from .estimate import Posterior, posterior
-from .intervals import consistent_body, intervals
 from .known import BARE, Known, StatedCenter, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
