@@ -164,8 +164,7 @@ def plan_start(
 
 def scaled_limits(limits: Limits, share: float) -> Limits:
     """The limits with velocity, acceleration and jerk scaled by a share [-]."""
-    names = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
-    return replace(limits, **{name: share * getattr(limits, name) for name in names})
+    return replace(limits, **{name: share * getattr(limits, name) for name in RATES})
 
 
 def _too_far_text(measured: np.ndarray, target: np.ndarray, robot: Robot, rules: StartRules) -> str:

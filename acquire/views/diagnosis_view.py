@@ -118,15 +118,16 @@ def _log_run(
 ) -> None:
     """Log residuals, findings and the arm of a run."""
     colors = joint_colors(model.robot.dof)
+    scale = shown.diagnosis.noise if shown.diagnosis.noise_measured_at_rest else 1.0
     for stage in ("before", "after"):
-        residual = getattr(trace, stage) / (shown.noise if shown.over_noise else 1.0)
+        residual = getattr(trace, stage) / scale
         rms = windowed_rms(trace.time, residual, trace.weight)
         path = _entity(trace, "residuals", stage)
         log_lines(stream, path, shown.diagnosis.joints, colors, trace.time, rms, 1.2)
     Arm(stream, model, arm_name(trace.name)).move(trace.time, trace.position)
     for suspect in all_suspects:
         _log_residual(stream, trace, suspect, shown.noise_of(suspect.joint))
-        _log_moments(stream, shown, model, trace, suspect)
+        _log_moments(stream, shown.diagnosis, model, trace, suspect)
 
 
 def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, noise: float | None) -> None:
@@ -146,11 +147,11 @@ def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, no
 
 
 def _log_moments(
-    stream: rr.RecordingStream, shown: Shown, model: Model, trace: Trace, suspect: Suspect
+    stream: rr.RecordingStream, diagnosis: Diagnosis, model: Model, trace: Trace, suspect: Suspect
 ) -> None:
     """Log the moments of a finding: a bar below its residual, rows of text, and a ball on the joint."""
-    moments = suspect.moments(trace, shown.noise)
-    noise = 0.0 if shown.over_noise else float(shown.noise[suspect.joint])
+    moments = suspect.moments(trace, diagnosis.noise)
+    noise = 0.0 if diagnosis.noise_measured_at_rest else float(diagnosis.noise[suspect.joint])
     ball, radius = _log_ball(stream, model, trace, suspect)
     _resize(stream, ball, float(trace.time[0]), 0.0)
     for moment in moments:
