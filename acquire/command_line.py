@@ -72,14 +72,7 @@ def _complete(action: Any) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run `exidyn`.
-
-    Args:
-        arguments: Arguments after `exidyn`; by default those of the process.
-
-    Returns:
-        An exit code, see `MEANINGS`.
-    """
+    """Run `exidyn` with arguments, by default those of the process; return an exit code, see `MEANINGS`."""
     try:
         with screens():
             try:

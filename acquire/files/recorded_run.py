@@ -80,16 +80,8 @@ def run_recorded(
 ) -> tuple[Outcome, PipeSink]:
     """Start the recorder and the viewers, run, and wait until the recording is written.
 
-    Args:
-        driver: Driver that is not open yet.
-        job: Job to perform, see `perform`.
-        path: File of the recording.
-        head: Function that returns the head of the recording, see `run_head`.
-        viewers: Function that starts further processes that receive the run.
-        also: Further sinks of every cycle, in this process.
-
-    Returns:
-        Outcome of the run, and the recorder, which has ended.
+    See `perform` for the job and `run_head` for the head. `viewers` starts further processes that receive the
+    run, and `also` are sinks of every cycle in this process. The returned recorder has ended.
     """
     with ExitStack() as stack:
         # First in, last out: a Ctrl-C while the recorder finishes must not end it.

@@ -253,17 +253,13 @@ class PipeSource:
 
     Args:
         arguments: Arguments of the process: two file descriptors, then the arguments given to `PipeSink`.
-
-    Attributes:
-        arguments: Arguments given to `PipeSink`.
-        ended: Whether no more frames will come.
-        broken: Error message if the received bytes could not be frames, else empty.
     """
 
     def __init__(self, arguments: Sequence[str]) -> None:
         self._frames, self._report = int(arguments[0]), int(arguments[1])
-        self.arguments = list(arguments[2:])
-        self.ended, self.broken = False, ""
+        self.arguments = list(arguments[2:])  # those given to `PipeSink`
+        self.ended = False  # whether no more frames will come
+        self.broken = ""  # error message if the received bytes could not be frames
         self._unframed = Unframed()
         os.set_blocking(self._frames, False)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -19,13 +19,7 @@ from .watch_text import External
 
 
 class LiveContact:
-    """Estimates external torques from samples as they come.
-
-    Args:
-        fit: The fit.
-        free: Runs without contact that the fit has not used; without them there is no threshold.
-        payload: Name of the payload on the flange; empty for none.
-        alarms_per_hour: Accepted false alarms [1/h].
+    """Estimates external torques from samples as they come; there is no threshold without `free` runs.
 
     Raises:
         RecordingError: The runs without contact are too short, or were used for the fit.

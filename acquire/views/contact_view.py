@@ -86,10 +86,7 @@ def contact_layout(
 class ContactLog:
     """Logs external torques, the moving arm and the force on its flange, in pieces of any length.
 
-    Args:
-        stream: Stream of the view.
-        model: Model of the arm.
-        largest: Force whose arrow has the length `LONGEST` until a larger one comes [N].
+    The arrow of the `largest` force [N] has the length `LONGEST` until a larger one comes.
     """
 
     def __init__(self, stream: rr.RecordingStream, model: Model, largest: float = 0.0) -> None:

@@ -111,11 +111,7 @@ class Targets:
 
 
 def start_view(targets: Targets, process: str = PROCESS) -> "list[LiveView]":
-    """Start the view of a run and print its address; returns an empty list if there is no target.
-
-    Args:
-        targets: Targets of the view.
-        process: Module of the process that shows the frames.
+    """Start the view of a run by a module, and print its address; returns an empty list without a target.
 
     Raises:
         CannotShow: See `require_showable`.
