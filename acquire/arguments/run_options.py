@@ -138,11 +138,19 @@ def payload_of(args: Namespace) -> KnownPayload | None:
         NeedsPayload: If --com or --inertia come without --mass.
     """
     numbers = {n: getattr(args, n) for n in ("mass", "com", "inertia") if getattr(args, n) is not None}
-    if not numbers:
-        return None
-    if "mass" not in numbers:
-        raise NeedsPayload(f"{' and '.join(numbers)} given without --mass [kg]")
-    return KnownPayload(PAYLOAD, known_parameters(**numbers))
+    known = known_body(numbers)
+    return KnownPayload(PAYLOAD, known) if known else None
+
+
+def known_body(numbers: Mapping[str, Any], where: str = "") -> tuple[tuple[str, float], ...]:
+    """Known parameters of a payload from keyword arguments of `known_parameters`; empty without numbers.
+
+    Raises:
+        NeedsPayload: If a center of mass or an inertia comes without a mass; the message begins with `where`.
+    """
+    if numbers and "mass" not in numbers:
+        raise NeedsPayload(f"{where}{' and '.join(numbers)} given without --mass [kg]")
+    return known_parameters(**numbers) if numbers else ()
 
 
 KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}

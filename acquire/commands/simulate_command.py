@@ -205,7 +205,7 @@ def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
 
 def _summary(recording: Recording, seconds: float) -> str:
     """Duration, speed of the simulation, and largest deviations from the commands."""
-    joints, units = recording.robot.joints, _units(recording)
+    joints, units = recording.robot.joints, recording.robot.units("rad")
     deviations = zip(joints, _largest_deviations(recording), units, strict=True)
     text = ", ".join(f"{joint} {digits(deviation)} {unit}" for joint, deviation, unit in deviations)
     factor = recording.duration / seconds
@@ -223,7 +223,7 @@ def _table(recording: Recording, seconds: float) -> dict[str, Any]:
         "name": recording.name,
         "robot": recording.robot.name,
         "joints": list(recording.robot.joints),
-        "units": _units(recording),
+        "units": recording.robot.units("rad"),
         "duration": recording.duration,
         "seconds": seconds,
         "farthest_from_command": _largest_deviations(recording),
@@ -235,7 +235,3 @@ def _largest_deviations(recording: Recording) -> np.ndarray:
     """Largest deviation of each joint from its command, shape (n,) [rad] or [m]."""
     signals = recording.signals
     return np.abs(signals["position"].values - signals["command"].values).max(axis=0)
-
-
-def _units(recording: Recording) -> list[str]:
-    return ["rad" if revolute else "m" for revolute in recording.robot.revolute]

@@ -49,12 +49,21 @@ def _read_table(path: Path) -> dict[str, Any]:
 
 
 def read_shown(path: Path) -> Shown:
-    """A diagnosis, and the samples beside it if there are any.
+    """A diagnosis, with the samples beside it if there are any.
 
     Raises:
-        NotAFile: If it is damaged, of another format, or the samples belong to another diagnosis.
+        NotAFile: If it is damaged or of another format, or the samples are cut off, of another kind,
+            inconsistent, or of another diagnosis.
     """
-    return with_samples(read_diagnosis(path), path)
+    diagnosis, folder, samples = read_diagnosis(path), str(path.parent), path.with_name(NAME)
+    if not samples.exists():
+        return Shown(diagnosis, folder=folder)
+    shown = _read_samples(samples, Shown(diagnosis, folder=folder))
+    others = shown.model is not None and shown.model.robot.joints != diagnosis.joints
+    findings = len(diagnosis.all_findings)
+    if others or any(len(trace.explained) != findings for trace in shown.traces):
+        raise NotAFile(f"{samples} belongs to another diagnosis than {path}; diagnose again")
+    return shown
 
 
 def read_diagnosis(path: Path) -> Diagnosis:
@@ -159,23 +168,6 @@ def write_traces(evidence: Evidence, path: Path) -> None:
         arrays |= _arrays(trace, str(index))
     with open(path, "wb") as file:
         np.savez_compressed(file, **arrays)
-
-
-def with_samples(diagnosis: Diagnosis, path: Path) -> Shown:
-    """A diagnosis of a file, with the samples beside the file if there are any.
-
-    Raises:
-        NotAFile: If the samples are cut off, of another kind, inconsistent, or of another diagnosis.
-    """
-    folder, samples = str(path.parent), path.with_name(NAME)
-    if not samples.exists():
-        return Shown(diagnosis, folder=folder)
-    shown = _read_samples(samples, Shown(diagnosis, folder=folder))
-    others = shown.model is not None and shown.model.robot.joints != diagnosis.joints
-    findings = len(diagnosis.all_findings)
-    if others or any(len(trace.explained) != findings for trace in shown.traces):
-        raise NotAFile(f"{samples} belongs to another diagnosis than {path}; diagnose again")
-    return shown
 
 
 def _read_samples(path: Path, shown: Shown) -> Shown:

@@ -58,9 +58,6 @@ class Stopwatch:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
         """Remove the line, before results are printed."""
         self._over.set()
         if self._thread is not None:
@@ -74,7 +71,7 @@ class Stopwatch:
             since = f"{time.perf_counter() - self._start:6.1f} s  "
             print("\n".join(paragraph(sentence, " " * len(since), since)), file=sys.stderr, flush=True)
         if isinstance(sentence, StageText) and sentence.stage in self._shares:
-            self.enter(sentence.stage)
+            self._enter(sentence.stage)
 
     def over(self, items: Sequence[T] | np.ndarray) -> Iterator[T]:
         """Iterate over items that take equal times."""
@@ -84,8 +81,7 @@ class Stopwatch:
                 self._seconds = (time.perf_counter() - began) * len(items) / place
             yield item
 
-    def enter(self, stage: str) -> None:
-        """Enter a stage without a sentence."""
+    def _enter(self, stage: str) -> None:
         if stage != self._stage:
             names = list(self._shares)
             self._before = sum(self._shares[name] for name in names[: names.index(stage)])

@@ -8,12 +8,12 @@ from exidyn.identification.arm.newton_euler import link_frames
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.text import section_markdown
 from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
 
-from ..files.given_runs import role_words
 from .parts import (
     GRAY,
     TIMELINE,
@@ -99,7 +99,7 @@ def _tab(diagnosis: Diagnosis, model: Model, trace: Trace, all_suspects: list[Su
             origin=_entity(trace, "moments"), name="moments: click a time to go there", columns=COLUMNS
         )
         beside = rrb.Vertical(arm, times, row_shares=[3, 2])
-    role = role_words(trace.role)
+    role = "held out" if trace.role == HELD_OUT else trace.role
     name = f"{trace.name} ({role})" if role else trace.name
     return rrb.Horizontal(rrb.Vertical(*views), beside, column_shares=[3, 2], name=name)
 

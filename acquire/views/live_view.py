@@ -20,7 +20,7 @@ LOCAL, PORT = "127.0.0.1", 9090
 """Default address, which only this machine can reach, and default port."""
 LAST_PORT = 65535
 """Highest port; it cannot serve a page, since the data come from the next port."""
-PROCESS, CONTACT_PROCESS = (f"exidyn.acquire.views.{name}" for name in ("view_process", "contact_process"))
+PROCESS, CONTACT_PROCESS = (f"exidyn.acquire.views.{name}" for name in ("view_process", "contact_view"))
 """Modules of the processes that show a run, and external torques."""
 SERVE = Option(
     "--serve [ADDRESS:PORT]",

@@ -166,7 +166,8 @@ def _result(
     warnings: Sequence[str],
     recordings: Sequence[Recording],
 ) -> PayloadEstimate:
-    estimate, covariance = result.payload, result.payload_covariance
+    estimate, columns = result.payload, result.rows.payload
+    covariance = result.covariance[columns, columns]
     parameters = consistent_body(estimate, covariance)
     body = Body.of(parameters)
     moved = parameters - estimate
