@@ -11,8 +11,8 @@ from ..diagnosis.words.verdict import verdict
 from ..document.document import Block, Cell, Document, Heading, Number, Paragraph, Section, Statements, Table
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
+from .diagnosis_plots import NOTE, every_joint, findings_blocks
 from .diagnosis_table import GAIN, findings_table, gain_title
-from .finding_plots import NOTE, every_joint, findings_blocks
 from .shown import Shown
 
 HELD_OUT = (
