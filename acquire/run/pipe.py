@@ -71,10 +71,6 @@ class PipeSink:
         waits: Whether to wait if the process is too slow; for a loop that is not in real time.
         patience: Maximum time until the process is ready [s].
 
-    Attributes:
-        failure: Why the run is no longer recorded or shown; empty while it is.
-        dropped: Number of frames dropped because the process was too slow.
-
     Raises:
         SinkFailed: If the process is not ready in time or reports a failure.
     """
@@ -88,9 +84,10 @@ class PipeSink:
         waits: bool = False,
         patience: float = START,
     ) -> None:
-        self.name, self.dropped, self.message, self.outcome = name, 0, "", ""
+        self.name, self.message, self.outcome = name, "", ""
+        self.dropped = 0  # number of frames dropped because the process was too slow
         self._lossy, self._waits = lossy, waits
-        self.failure = ""
+        self.failure = ""  # why the run is no longer recorded or shown; empty while it is
         self._waiting = bytearray()
         self._received = bytearray()
         self._start(module, arguments)

@@ -106,11 +106,6 @@ class Stops:
         driver: Open driver.
         report: Function called with kind, text and details of each stop and failure.
         say: Function that prints a text during the run.
-
-    Attributes:
-        reason: Stop that ends the run early; None if there is none so far.
-        escalated: Harder stops requested because a stop did not work, in order.
-        level: Hardest level requested so far; 0 for none.
     """
 
     def __init__(
@@ -120,9 +115,9 @@ class Stops:
         say: Callable[[str], None] = lambda text: None,
     ) -> None:
         self._driver, self._report, self._say = driver, report, say
-        self.reason: Stop | None = None
-        self.escalated: list[Stop] = []
-        self.level = 0
+        self.reason: Stop | None = None  # stop that ends the run early; None if there is none so far
+        self.escalated: list[Stop] = []  # harder stops requested because a stop did not work, in order
+        self.level = 0  # hardest level requested so far; 0 for none
 
     @property
     def by_controller(self) -> bool:
