@@ -46,16 +46,15 @@ class CommandParser(argparse.ArgumentParser):
         hint = nearest(unknown[0].partition("=")[0], self._option_string_actions)
         self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 
-    def _unknown_options(self) -> list[str]:
-        """Words that look like options, but are neither an option nor the beginning of one."""
-        words = [word for word in self._words if word.startswith("--") and word != "--"]
-        options = tuple(self._option_string_actions)
-        return [w for w in words if not any(option.startswith(w.partition("=")[0]) for option in options)]
-
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and exit; if an argument is missing, name a misspelled option instead."""
-        if message.startswith(MISSING) and (unknown := self._unknown_options()):
-            self._refuse(unknown)
+        if message.startswith(MISSING):
+            words = [word for word in self._words if word.startswith("--") and word != "--"]
+            options = tuple(self._option_string_actions)
+            # Words that look like options, but are neither an option nor the beginning of one.
+            unknown = [w for w in words if not any(o.startswith(w.partition("=")[0]) for o in options)]
+            if unknown:
+                self._refuse(unknown)
         line = " ".join(message.split())
         line = f"{self.prog}: {line}{'' if line.endswith('?') else '.'} '{self.prog} --help' explains"
         self.exit(REFUSED, f"{complaint(line)}\n")

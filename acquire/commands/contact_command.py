@@ -73,7 +73,12 @@ def contact_command(args: Namespace) -> Result:
 
 def _page(fit: Fit, result: Contact) -> list[str]:
     """Alarms, or the external torques without a threshold; then the mean force on the flange."""
-    force = paragraph(_force(fit, result))
+    if fit.unscaled:
+        words = "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
+    else:
+        mean = " ".join(digits(value, 3) for value in _mean_force(result))
+        words = f"Mean force on the flange, x y z in the axes of the base: {mean} N."
+    force = paragraph(words)
     if result.threshold is None:
         return [*_torques(fit, result), "", *force]
     lines = paragraph(_words(result))
@@ -90,14 +95,6 @@ def _page(fit: Fit, result: Contact) -> list[str]:
         lines += ["", *table(head, rows, left=(2, 5)), ""]
         lines += paragraph("torque, force: of the joint and on the flange, at the peak of the contact.")
     return [*lines, *force]
-
-
-def _force(fit: Fit, result: Contact) -> str:
-    """Mean force on the flange, or why there is none."""
-    if fit.unscaled:
-        return "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
-    mean = " ".join(digits(value, 3) for value in _mean_force(result))
-    return f"Mean force on the flange, x y z in the axes of the base: {mean} N."
 
 
 def _torques(fit: Fit, result: Contact) -> list[str]:

@@ -23,7 +23,7 @@ from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_check import Use, limit_use, nominal_torque, violations
+from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import plan_document
 
@@ -163,7 +163,10 @@ def excite_command(args: Namespace) -> Result:
     with Stopwatch({} if searched else STAGES, _search_time(args) if timed else 0.0) as progress:
         motion, distinguished = _planned(args, model, progress)
         loaded, _ = with_bodies(model, _bodies(args))
-        uses, beyond = _checked(motion, loaded, progress)
+        progress(StageText("torque", f"compute the torque of its {motion.trajectory.duration:.0f} s"))
+        torque = nominal_torque(motion, loaded)
+        progress(StageText("check", "check it against all limits, with stops from every sample"))
+        uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
         expected = expected_fit([motion], model, _bodies(args), progress=progress) if args.check else None
     write_plan(motion, path)
     motions = [plan_table(motion, uses, beyond) | {"written": str(path)}]
@@ -175,14 +178,6 @@ def excite_command(args: Namespace) -> Result:
     file, robot = shlex.quote(str(path)), shlex.quote(args.robot)
     following = [f"excite {robot} --show {file}", f"record {file} --robot {robot}"]
     return Result(plan_document(motion, uses, beyond, remarks), table, [path], following)
-
-
-def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
-    """A motion's use of the limits, and a sentence for each limit that it exceeds."""
-    progress(StageText("torque", f"compute the torque of its {plan.trajectory.duration:.0f} s"))
-    torque = nominal_torque(plan, model)
-    progress(StageText("check", "check it against all limits, with stops from every sample"))
-    return [*limit_use(plan), torque.use], violations(plan, torque)
 
 
 def _require_together(args: Namespace) -> None:

@@ -87,7 +87,10 @@ def gap_command(args: Namespace) -> Result:
     options.make_folder(args.output)
     if args.save:
         options.require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
-    source = _source(args.arm)
+    try:
+        source = Source(args.arm.read_bytes(), str(args.arm.resolve().parent), str(args.arm))
+    except OSError as error:
+        raise RobotError(f"{args.arm} cannot be read: {read_failure(args.arm, error)}") from error
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         model, runs = _read(args)
@@ -102,13 +105,6 @@ def gap_command(args: Namespace) -> Result:
     document = gap_document(result, written)
     report.write_text(html(document), encoding="utf-8")
     return Result(document, table, [report], view=later("gap_view", result, model))
-
-
-def _source(path: Path) -> Source:
-    try:
-        return Source(path.read_bytes(), str(path.resolve().parent), str(path))
-    except OSError as error:
-        raise RobotError(f"{path} cannot be read: {read_failure(path, error)}") from error
 
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:

@@ -126,7 +126,9 @@ def record_command(args: Namespace) -> int:
         trajectory=plan_text(within(plan, ready.model.robot)),
         speed=f"{args.speed:g}",
     )
-    outcome = _record(targets, driver, job, path, head, args, _next(plan, path))
+    weighs = "payload" in plan.details  # planned by `exidyn payload`
+    following = f"{'payload' if weighs else 'identify'} {shlex.quote(str(path))}{' --fit FIT' * weighs}"
+    outcome = _record(targets, driver, job, path, head, args, following)
     return code_of(outcome)
 
 
@@ -140,12 +142,6 @@ def _print_expected(args: Namespace, plan: Plan, payload: KnownPayload | None) -
         return
     for sentence in sentences:
         print("\n".join(paragraph(sentence)), file=sys.stderr)
-
-
-def _next(plan: Plan, path: Path) -> str:
-    """The command that usually follows a complete recording."""
-    weighs = "payload" in plan.details  # planned by `exidyn payload`
-    return f"{'payload' if weighs else 'identify'} {shlex.quote(str(path))}{' --fit FIT' * weighs}"
 
 
 def _cycle(driver: Driver, ready: CheckedPlan) -> float:

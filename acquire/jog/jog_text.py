@@ -34,7 +34,7 @@ def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
 
 
 def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:
-    """Position and motion of the joint, and of the flange by the robot file, before the drives are powered."""
+    """Position and motion of the joint, and of the flange by the robot file, before drives are powered."""
     units, joint = JointUnits.of(robot), travel.joint
     target = position.copy()
     target[joint] += travel.distance

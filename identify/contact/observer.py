@@ -116,7 +116,9 @@ class Observer:
                 raise WrongShape(f"observer: {name} has shape {np.shape(part)}, expected {shape}")
         if self.dynamics.needs_temperature and temperature is None:
             raise NotRecorded("observer: friction of the fit depends on temperature, which is not given")
-        columns = np.concatenate([position, self._joint_torque(np.asarray(effort, float)), warmth], axis=1)
+        model = self.fit.model
+        torque = model.restored(self._gain * np.asarray(effort, float)) @ model.robot.coupling
+        columns = np.concatenate([position, torque, warmth], axis=1)
         middles = [self._middle_of(float(t), row) for t, row in zip(time, columns, strict=True)]
         usable = np.array([middle is not None for middle in middles], bool)
         state = np.full((len(time), 4 * shape[1]), np.nan)
@@ -127,11 +129,6 @@ class Observer:
         rows = zip(time, usable, momentum, torque + rate, strict=True)
         residual = np.array([self._residual_at(*row) for row in rows])
         return Estimates(np.asarray(time, float), residual.reshape(shape), q, dq, load)
-
-    def _joint_torque(self, effort: np.ndarray) -> np.ndarray:
-        """Joint torque of measured efforts (t, n), same shape [N m]."""
-        model = self.fit.model
-        return np.asarray(model.restored(self._gain * effort) @ model.robot.coupling)
 
     def _middle_of(self, time: float, row: np.ndarray) -> np.ndarray | None:
         """Low-passed position, velocity, torque and temperature between this sample and the last, (4 n,)."""

@@ -67,7 +67,7 @@ class Threshold:
             RecordingError: The runs are too short.
         """
         torque, velocity, load = (
-            np.concatenate([getattr(run, name)[_known(run)] for run in runs])
+            np.concatenate([getattr(run, name)[np.all(np.isfinite(run.torque), axis=1)] for run in runs])
             for name in ("torque", "velocity", "load")
         )
         if not len(torque):
@@ -103,10 +103,6 @@ class Threshold:
     def torque(self, estimates: Estimates) -> np.ndarray:
         """External torque at which each joint alone makes an alarm, shape (t, n) [N m]."""
         return self.level * self.scale(estimates)
-
-
-def _known(run: Estimates) -> np.ndarray:
-    return np.all(np.isfinite(run.torque), axis=1)
 
 
 def _features(velocity: np.ndarray, load: np.ndarray, slow: float) -> np.ndarray:
