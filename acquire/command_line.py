@@ -1,9 +1,10 @@
-"""The command `exidyn`: runs a subcommand, and turns its errors into one line and an exit code."""
+"""The command `exidyn`: runs a subcommand, turns errors into a line and a code; completion in shells."""
 
 import argparse
 import os
 import sys
 import warnings
+from argparse import Action, ArgumentParser
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -12,22 +13,66 @@ from typing import Any
 from exidyn.identification.errors import ExidynError, RobotWarning
 
 from .arguments.command import Option, name_lines, print_warning
-from .arguments.exit_codes import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED
-from .arguments.parser import CommandParser, complaint
-from .commands import COMMANDS, GROUPS, run_command
-from .completion import COMPLETION
+from .arguments.parser import INTERRUPTED, MEANINGS, READER_LEFT, REFUSED, STOPPED, CommandParser, complaint
+from .commands import COMMANDS, GROUPS, command, run_command
 from .screen import screens
+
+SHELLS = ("bash", "zsh", "fish", "powershell", "tcsh")
+FILES = {"ARM", "FILE", "FIT", "ROBOT", "RUN", "SOURCE", "TRAJECTORY"}
+"""Placeholders of values that can be files; FOLDER stands for a folder."""
+
+
+class PrintScript(Action):
+    """Prints the script of a shell, and ends."""
+
+    def __call__(
+        self, parser: ArgumentParser, namespace: Any, values: Any, option_string: Any = None
+    ) -> None:
+        """Print it; importing the parsers of all commands takes a second or two."""
+        import shtab
+
+        print(shtab.complete(parser_of_all(), values))
+        parser.exit()
+
+
+COMPLETION = Option(
+    "--completion SHELL",
+    f"print the script of Tab completion for {', '.join(SHELLS)}",
+    SHELLS,
+    action=PrintScript,
+)
+
+
+def parser_of_all() -> ArgumentParser:
+    """One parser with all commands and options; `exidyn` itself imports only one command."""
+    top = ArgumentParser(prog="exidyn")
+    top.add_argument("--version", action="store_true", help="print the version")
+    COMPLETION.add_to(top)
+    commands = top.add_subparsers(dest="command", metavar="COMMAND")
+    for name, purpose in COMMANDS.items():
+        parser = command(name).parser()
+        for action in parser._actions:
+            _complete(action)
+        commands.add_parser(name, parents=[parser], help=purpose, description=purpose, add_help=False)
+    return top
+
+
+def _complete(action: Any) -> None:
+    """Tell shtab the values of an option."""
+    import shtab
+
+    from exidyn.drivers import known_drivers
+
+    if action.metavar == "DRIVER":
+        action.choices = tuple(known_drivers())
+    elif action.metavar == "FOLDER":
+        action.complete = shtab.DIRECTORY
+    elif action.metavar in FILES and action.choices is None:
+        action.complete = shtab.FILE
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run `exidyn`.
-
-    Args:
-        arguments: Arguments after `exidyn`; by default those of the process.
-
-    Returns:
-        An exit code of `exit_codes`.
-    """
+    """Run `exidyn` with arguments, by default those of the process; return an exit code, see `MEANINGS`."""
     try:
         with screens():
             try:

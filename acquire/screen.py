@@ -12,14 +12,10 @@ from exidyn.quoting import visible
 
 
 class Screen:
-    """A stream that prints control characters as their codes and otherwise behaves like the one beneath.
-
-    Attributes:
-        beneath: The wrapped stream.
-    """
+    """A stream that prints control characters as their codes and otherwise behaves like the one beneath."""
 
     def __init__(self, beneath: TextIO) -> None:
-        self.beneath = beneath
+        self.beneath = beneath  # the wrapped stream
 
     def write(self, text: str) -> int:
         """Write a text."""

@@ -20,7 +20,7 @@ from exidyn.acquire.files.simulated_arm import simulated_arm
 from exidyn.acquire.run.expected_fit import ExpectedFit
 from exidyn.acquire.run.expected_fit import expected_fit as _expected_fit
 from exidyn.acquire.run.simulated import simulated
-from exidyn.identification.contact.bandwidth import BANDWIDTH
+from exidyn.identification.contact import BANDWIDTH
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.contact.contact import contact as _contact
 from exidyn.identification.contact.observer import Observer

@@ -215,12 +215,9 @@ def integer(text: str) -> int:
 
 
 def valid_if(test: Callable[[T], bool], refusal: str, kind: Callable[[str], T]) -> Callable[[str], T]:
-    """A function that converts a text to a value, and refuses a value that fails a test.
+    """A function that converts a text to a value, and refuses one that fails a test.
 
-    Args:
-        test: Function that returns whether a value is valid.
-        refusal: Rest of the error message after the text: what is wrong, and what would be valid.
-        kind: Function that converts the text.
+    The refusal is the rest of the error message after the text: what is wrong, and what would be valid.
     """
 
     def check(text: str) -> T:

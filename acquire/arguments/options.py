@@ -106,12 +106,7 @@ def joint_values(values: Sequence[float] | None, joints: int, option: str) -> np
 
 
 def require_file(path: Path, option: str, read: Iterable[Path | str] = ()) -> None:
-    """Check that a result can be written, before any work is done for it, and make its folder.
-
-    Args:
-        path: File of the result.
-        option: Option that names the file.
-        read: Files that the command reads and must not overwrite.
+    """Check that the result of an option can be written, before any work is done for it, and make its folder.
 
     Raises:
         OSError: If it is a folder, is among the read files, or cannot be made; the message names the option.

@@ -1,4 +1,4 @@
-"""Command-line parser whose error messages are one line."""
+"""Command-line parser whose error messages are one line, and the exit codes of every command."""
 
 import argparse
 import sys
@@ -7,7 +7,20 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
-from .exit_codes import REFUSED
+DONE, STOPPED, REFUSED, LOST, WRONG, UNSAFE = range(6)  # argparse too refuses with 2
+INTERRUPTED, READER_LEFT = 130, 141  # by the convention of shells: 128 + SIGINT, 128 + SIGPIPE
+MEANINGS = {
+    DONE: "done",
+    STOPPED: "a run of the arm was stopped early, or you did not type yes (record, jog)",
+    REFUSED: "not done: an argument or a file is wrong or missing; one line on standard error names it",
+    LOST: "done, but part of the recording is lost (info --repair)",
+    WRONG: "done, but the joint does not behave as expected (jog)",
+    UNSAFE: "after a run the arm still moves, or may: press the emergency stop (record, jog)",
+    INTERRUPTED: "interrupted by Ctrl-C",
+    READER_LEFT: "the reader of the output has closed it, as head does",
+}
+"""Exit code -> its meaning, for help and docs."""
+
 
 MISSING = "the following arguments are required"
 """How argparse begins its message about missing arguments."""
@@ -33,16 +46,15 @@ class CommandParser(argparse.ArgumentParser):
         hint = nearest(unknown[0].partition("=")[0], self._option_string_actions)
         self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
 
-    def _unknown_options(self) -> list[str]:
-        """Words that look like options, but are neither an option nor the beginning of one."""
-        words = [word for word in self._words if word.startswith("--") and word != "--"]
-        options = tuple(self._option_string_actions)
-        return [w for w in words if not any(option.startswith(w.partition("=")[0]) for option in options)]
-
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and exit; if an argument is missing, name a misspelled option instead."""
-        if message.startswith(MISSING) and (unknown := self._unknown_options()):
-            self._refuse(unknown)
+        if message.startswith(MISSING):
+            words = [word for word in self._words if word.startswith("--") and word != "--"]
+            options = tuple(self._option_string_actions)
+            # Words that look like options, but are neither an option nor the beginning of one.
+            unknown = [w for w in words if not any(o.startswith(w.partition("=")[0]) for o in options)]
+            if unknown:
+                self._refuse(unknown)
         line = " ".join(message.split())
         line = f"{self.prog}: {line}{'' if line.endswith('?') else '.'} '{self.prog} --help' explains"
         self.exit(REFUSED, f"{complaint(line)}\n")

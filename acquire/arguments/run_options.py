@@ -76,12 +76,9 @@ def run_facts(args: Namespace, driver: str, path: Path, **more: str) -> dict[str
 
 
 def check_duration(planned: float, speed: float, confirmed: bool) -> None:
-    """Print the duration of a run of more than a minute, and refuse more than an hour.
+    """Print the duration of a run of over a minute, and refuse more than an hour unless confirmed (--long).
 
-    Args:
-        planned: Planned duration of the motion [s].
-        speed: Share of the planned speed [-].
-        confirmed: Whether a longer run is intended (--long).
+    `planned` is the duration of the motion [s], which is played at a share `speed` of its speed [-].
 
     Raises:
         NotAllowed: If the run is longer than `LONGEST` and not confirmed.
@@ -141,11 +138,19 @@ def payload_of(args: Namespace) -> KnownPayload | None:
         NeedsPayload: If --com or --inertia come without --mass.
     """
     numbers = {n: getattr(args, n) for n in ("mass", "com", "inertia") if getattr(args, n) is not None}
-    if not numbers:
-        return None
-    if "mass" not in numbers:
-        raise NeedsPayload(f"{' and '.join(numbers)} given without --mass [kg]")
-    return KnownPayload(PAYLOAD, known_parameters(**numbers))
+    known = known_body(numbers)
+    return KnownPayload(PAYLOAD, known) if known else None
+
+
+def known_body(numbers: Mapping[str, Any], where: str = "") -> tuple[tuple[str, float], ...]:
+    """Known parameters of a payload from keyword arguments of `known_parameters`; empty without numbers.
+
+    Raises:
+        NeedsPayload: If a center of mass or an inertia comes without a mass; the message begins with `where`.
+    """
+    if numbers and "mass" not in numbers:
+        raise NeedsPayload(f"{where}{' and '.join(numbers)} given without --mass [kg]")
+    return known_parameters(**numbers) if numbers else ()
 
 
 KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "a table, [settings]")}
@@ -155,12 +160,7 @@ KEYS = {"driver": (str, 'a text, such as driver = "mock"'), "settings": (dict, "
 def read_controller(
     path: Path | None, name: str | None, assignments: Sequence[str]
 ) -> tuple[str, dict[str, Any]]:
-    """Name and settings of a driver.
-
-    Args:
-        path: Controller file, or None.
-        name: Driver of the command line, or None; without a name in the file either, it is the mock.
-        assignments: "name=value" texts of the command line, which override the file.
+    """Name and settings of a driver, by default the mock: those of a file, overridden by "name=value" texts.
 
     Raises:
         BadSettings: If the file is not a controller file, or an assignment is not of the form name=value.

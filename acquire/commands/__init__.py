@@ -11,7 +11,7 @@ from importlib import import_module
 from shutil import get_terminal_size
 
 from ..arguments.command import Command, WrongUse
-from ..arguments.exit_codes import DONE
+from ..arguments.parser import DONE
 
 GROUPS: dict[str, dict[str, str]] = {
     "get started": {

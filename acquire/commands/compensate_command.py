@@ -8,9 +8,14 @@ from exidyn.identification.arm.robot import Robot
 from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.errors import FitError
 from exidyn.identification.feedforward.cpp_file import cpp_file
-from exidyn.identification.feedforward.feedforward import SHARE, Feedforward, make_feedforward
+from exidyn.identification.feedforward.feedforward import (
+    SHARE,
+    Feedforward,
+    Summary,
+    make_feedforward,
+    summary,
+)
 from exidyn.identification.feedforward.python_file import python_file
-from exidyn.identification.feedforward.summary import Summary, summary
 from exidyn.identification.file_names import file_stem
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.robot_files.mjcf import compile_mjcf

@@ -2,12 +2,12 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from exidyn.identification.contact.alarms import Alarm
 from exidyn.identification.contact.contact import Contact, contact, torque_unit
+from exidyn.identification.contact.threshold import Alarm
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
@@ -15,22 +15,11 @@ from exidyn.identification.notebook import counted
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.text_table import digits, paragraph, table
 
+from ..arguments import options
 from ..arguments.command import Command, Option
-from ..arguments.options import (
-    ALARMS_PER_HOUR,
-    FREE,
-    JSON,
-    output_option,
-    payload_name,
-    require_file,
-    view_options,
-)
 from ..files.given_runs import single_recording
 from ..terminal.json_output import write_whole
-from .result import Result
-
-if TYPE_CHECKING:
-    from ..views.viewers import View
+from .result import Result, later
 
 SHORT = 0.2
 """Duration of the runs without contact below which the page asks for longer ones [h]: from a fifth of the
@@ -46,14 +35,16 @@ usual hour between false alarms on, the extrapolation is short."""
     (
         Option("run RUN", "recording (.mcap), or table (.csv)", Path),
         Option("--fit FIT", "fit.json of exidyn identify", Path, required=True),
-        FREE,
-        ALARMS_PER_HOUR,
+        options.FREE,
+        options.ALARMS_PER_HOUR,
         Option(
-            "--payload NAME", "payload on the flange, or none; default: that of the recording", payload_name
+            "--payload NAME",
+            "payload on the flange, or none; default: that of the recording",
+            options.payload_name,
         ),
-        output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
-        JSON,
-        *view_options("torques, and the force on the moving arm,"),
+        options.output_option("FILE", meaning="write external torques and flange force as a table (.csv)"),
+        options.JSON,
+        *options.view_options("torques, and the force on the moving arm,"),
     ),
     """With --payload none, a payload is an external force: its weight is what the
 flange force shows. A payload that the recording states and the fit does not have
@@ -63,11 +54,11 @@ def contact_command(args: Namespace) -> Result:
     """Print the contacts, and write the estimates."""
     fit = read_fit(args.fit)
     if args.save:
-        require_file(args.save, "--save", [args.run, args.fit, *args.free])
+        options.require_file(args.save, "--save", [args.run, args.fit, *args.free])
     if args.output is not None:
         if args.output.suffix != ".csv":
             raise RecordingError(f"--output {args.output}: the name must end in .csv")
-        require_file(args.output, "--output", [args.run, args.fit, *args.free])
+        options.require_file(args.output, "--output", [args.run, args.fit, *args.free])
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
     run = single_recording(args.run, fit.model)
@@ -76,18 +67,18 @@ def contact_command(args: Namespace) -> Result:
     if args.output is not None:
         write_whole(args.output, _csv(fit, result))
     written = [] if args.output is None else [args.output]
-
-    def view() -> "View":
-        from ..views.contact_view import contact_view
-
-        return contact_view(result, torque_unit(fit))
-
+    view = later("contact_view", result, torque_unit(fit))
     return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view=view)
 
 
 def _page(fit: Fit, result: Contact) -> list[str]:
     """Alarms, or the external torques without a threshold; then the mean force on the flange."""
-    force = paragraph(_force(fit, result))
+    if fit.unscaled:
+        words = "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
+    else:
+        mean = " ".join(digits(value, 3) for value in _mean_force(result))
+        words = f"Mean force on the flange, x y z in the axes of the base: {mean} N."
+    force = paragraph(words)
     if result.threshold is None:
         return [*_torques(fit, result), "", *force]
     lines = paragraph(_words(result))
@@ -104,14 +95,6 @@ def _page(fit: Fit, result: Contact) -> list[str]:
         lines += ["", *table(head, rows, left=(2, 5)), ""]
         lines += paragraph("torque, force: of the joint and on the flange, at the peak of the contact.")
     return [*lines, *force]
-
-
-def _force(fit: Fit, result: Contact) -> str:
-    """Mean force on the flange, or why there is none."""
-    if fit.unscaled:
-        return "No force in newtons: drive gains are unknown. Identify them with a payload that was weighed."
-    mean = " ".join(digits(value, 3) for value in _mean_force(result))
-    return f"Mean force on the flange, x y z in the axes of the base: {mean} N."
 
 
 def _torques(fit: Fit, result: Contact) -> list[str]:

@@ -16,19 +16,10 @@ from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.recording import Recording
 
+from ..arguments import options
 from ..arguments.command import Command, Option
-from ..arguments.options import (
-    AS_RECORDED,
-    FILTERS,
-    FULL,
-    JSON,
-    VALIDATE,
-    make_folder,
-    output_option,
-    robot_option,
-)
-from ..files.diagnosis_files import write_diagnosis
 from ..files.given_runs import PAYLOADS, recorded_case
+from ..files.result_files import write_diagnosis
 from ..terminal.stopwatch import Progress, Stopwatch
 from .result import Result
 
@@ -46,15 +37,15 @@ STAGES = {name: 0.84 * share for name, share in QUICK.items()} | {"identify": 0.
     ),
     (
         Option("runs RUN...", "recording (.mcap), or with --robot a table (.csv)", Path),
-        robot_option("replaces the robot in the recordings"),
-        VALIDATE,
+        options.robot_option("replaces the robot in the recordings"),
+        options.VALIDATE,
         Option("--slow RUN...", "runs at constant low speeds", Path, []),
         *PAYLOADS,
-        *FILTERS,
-        output_option("FOLDER", Path("exidyn-diagnosis")),
-        JSON,
-        FULL,
-        AS_RECORDED,
+        *options.FILTERS,
+        options.output_option("FOLDER", Path("exidyn-diagnosis")),
+        options.JSON,
+        options.FULL,
+        options.AS_RECORDED,
         Option("--quick", "skip fit.json, which takes a while"),
     ),
     """A recording may state its role (identify, slow, payload, validate); runs after
@@ -63,7 +54,7 @@ effects can be distinguished.""",
 )
 def diagnose_command(args: Namespace) -> Result:
     """Diagnose the runs, print and write the results."""
-    make_folder(args.output)
+    options.make_folder(args.output)
     with Stopwatch(QUICK if args.quick else STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         model, runs = recorded_case(args)

@@ -3,7 +3,8 @@
 import math
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from exidyn.identification.errors import ExidynError
 
 from ..arguments.command import Command, Option, any_number, name_lines, valid_if
 from ..arguments.options import output_option
-from ..examples import example_files, example_gains, example_real, example_servos
+from ..examples import example_files, example_gains, example_real
 from ..examples.example_arm import ExampleArm, Step
 from ..examples.example_real import RecordedArm
 from . import run_command
@@ -27,11 +28,11 @@ class Example(NamedTuple):
     folder: Path  # default folder
     length: float  # default duration of each motion [s]
     arm: Callable[[], ExampleArm | RecordedArm]  # function that returns the arm, which writes its files
-    # Function that returns the commands for a folder, a duration [s] and a search time [s]; None for a fixed
-    # number of iterations.
-    steps: Callable[[Path, float, float | None], list[Step]]
     outcome: Callable[[Path], str]  # function that returns the result as text, from the files in a folder
-    protected: tuple[str, ...] = ("*.mcap*",)  # patterns of files that the example does not overwrite
+    # Function that returns the commands for a folder, a duration [s] and a search time [s]; None for a fixed
+    # number of iterations. Without commands the user runs some.
+    steps: Callable[[Path, float, float | None], list[Step]] = lambda folder, length, search: []
+    protected: Iterable[str] = ("*.mcap*",)  # patterns of files that the example does not overwrite
 
 
 NAMED = {
@@ -40,35 +41,33 @@ NAMED = {
         Path("exidyn-example"),
         54.0,
         example_gains.arm,
-        example_gains.steps,
         example_gains.outcome,
+        example_gains.steps,
     ),
     "real": Example(
         "recordings of a KUKA KR300 whose description lacks the counterbalance of joint 2: diagnose",
         Path("exidyn-example-real"),
         20.0,
         example_real.RecordedArm,
-        example_real.steps,
         example_real.outcome,
+        example_real.steps,
         example_real.FILES,
     ),
     "files": Example(
         "robot.toml and log.csv of a simulated arm, to try commands on; runs nothing",
         Path("exidyn-example-files"),
         20.0,
-        example_files.arm,
-        example_files.steps,
-        example_files.outcome,
-        example_files.FILES,
+        example_files.arm_with_log,
+        partial(example_files.file_table, example_files.WITH_LOG),
+        protected=example_files.WITH_LOG,
     ),
     "servos": Example(
         "arm.xml (MJCF) and robot.toml of an arm of servos without current; runs nothing",
         Path("exidyn-example-servos"),
         20.0,
-        example_servos.arm,
-        example_servos.steps,
-        example_servos.outcome,
-        example_servos.FILES,
+        example_files.servo_arm,
+        partial(example_files.file_table, example_files.OF_SERVOS),
+        protected=example_files.OF_SERVOS,
     ),
 }
 """Name -> example; the first is the default."""
@@ -114,7 +113,11 @@ def example_command(args: Namespace) -> None:
     example = NAMED[args.example]
     folder = args.output or example.folder
     if not args.commands:
-        _require_empty(folder, example.protected)
+        existing = sorted(path for pattern in example.protected for path in folder.glob(pattern))
+        if existing:
+            raise ExidynError(
+                f"{existing[0]} exists and is not overwritten. Choose another folder (--output)"
+            )
     example.arm().write(folder)
     steps = example.steps(folder, args.length or example.length, args.search)
     if args.commands:
@@ -134,9 +137,3 @@ def run(steps: Sequence[Step]) -> None:
         print(f"\n$ {step}", file=sys.stderr)
         if run_command(step.command, step.arguments):
             raise ExidynError(f"exidyn {step.command} failed; its output is above")
-
-
-def _require_empty(folder: Path, protected: Sequence[str]) -> None:
-    existing = sorted(path for pattern in protected for path in folder.glob(pattern))
-    if existing:
-        raise ExidynError(f"{existing[0]} exists and is not overwritten. Choose another folder (--output)")

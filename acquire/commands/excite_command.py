@@ -23,10 +23,11 @@ from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
 from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan
-from exidyn.trajectories.plans.plan_check import Use, limit_use, nominal_torque, violations
+from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import write_plan
 from exidyn.trajectories.plans.plan_summary import plan_document
 
+from ..arguments import options
 from ..arguments.command import (
     Command,
     Group,
@@ -37,17 +38,6 @@ from ..arguments.command import (
     refuse_with,
     refuse_without,
     table_help,
-)
-from ..arguments.options import (
-    CELL,
-    CHECK,
-    FULL,
-    JSON,
-    NO_COLLISION,
-    ROBOT_FILES,
-    joint_values,
-    output_option,
-    require_file,
 )
 from ..files.clearances import read_clearances
 from ..run.expected_fit import expected_fit
@@ -140,17 +130,17 @@ SEARCHING = (
         "exidyn excite robot.toml --show trajectory.toml --view   # plots, and the moving arm",
     ),
     (
-        Option("robot [ROBOT]", ROBOT_FILES),
-        output_option(
+        Option("robot [ROBOT]", options.ROBOT_FILES),
+        options.output_option(
             "FILE", meaning=f"default: {TRAJECTORY}; with --show the page, default: its name with .html"
         ),
-        JSON,
-        FULL,
+        options.JSON,
+        options.FULL,
         Group("goal", GOAL),
         Group("motion", MOTION),
-        Group("limits in addition to those of the robot", (*LIMITS, CELL, NO_COLLISION)),
+        Group("limits in addition to those of the robot", (*LIMITS, options.CELL, options.NO_COLLISION)),
         Group("search", SEARCHING),
-        CHECK,
+        options.CHECK,
         Group("show a planned motion instead", (Option("--show TRAJECTORY", SHOW_HELP, Path), *SHOWN)),
     ),
     table_help("formats of --to", EXPORTS),
@@ -158,7 +148,7 @@ SEARCHING = (
 def excite_command(args: Namespace) -> Result:
     """Plan the motion, print and write it; or show a planned one."""
     if args.show:
-        refuse_with("--show", args, [*GOAL, *MOTION, *LIMITS, *SEARCHING, CHECK])
+        refuse_with("--show", args, [*GOAL, *MOTION, *LIMITS, *SEARCHING, options.CHECK])
         return show_motion(args)
     if not args.robot:
         raise WrongUse("give ROBOT, or --show TRAJECTORY to show a planned motion")
@@ -166,14 +156,17 @@ def excite_command(args: Namespace) -> Result:
     _require_together(args)
     path = args.output or Path(TRAJECTORY)
     read = [args.robot, *(file for file in (args.against, args.after, args.cell) if file)]
-    require_file(path, "--output", read)
+    options.require_file(path, "--output", read)
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
     timed = searched and args.iterations is None
     with Stopwatch({} if searched else STAGES, _search_time(args) if timed else 0.0) as progress:
         motion, distinguished = _planned(args, model, progress)
         loaded, _ = with_bodies(model, _bodies(args))
-        uses, beyond = _checked(motion, loaded, progress)
+        progress(StageText("torque", f"compute the torque of its {motion.trajectory.duration:.0f} s"))
+        torque = nominal_torque(motion, loaded)
+        progress(StageText("check", "check it against all limits, with stops from every sample"))
+        uses, beyond = [*limit_use(motion), torque.use], violations(motion, torque)
         expected = expected_fit([motion], model, _bodies(args), progress=progress) if args.check else None
     write_plan(motion, path)
     motions = [plan_table(motion, uses, beyond) | {"written": str(path)}]
@@ -185,14 +178,6 @@ def excite_command(args: Namespace) -> Result:
     file, robot = shlex.quote(str(path)), shlex.quote(args.robot)
     following = [f"excite {robot} --show {file}", f"record {file} --robot {robot}"]
     return Result(plan_document(motion, uses, beyond, remarks), table, [path], following)
-
-
-def _checked(plan: Plan, model: Model, progress: Progress) -> tuple[list[Use], list[str]]:
-    """A motion's use of the limits, and a sentence for each limit that it exceeds."""
-    progress(StageText("torque", f"compute the torque of its {plan.trajectory.duration:.0f} s"))
-    torque = nominal_torque(plan, model)
-    progress(StageText("check", "check it against all limits, with stops from every sample"))
-    return [*limit_use(plan), torque.use], violations(plan, torque)
 
 
 def _require_together(args: Namespace) -> None:
@@ -266,8 +251,8 @@ def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) 
 def _wishes(args: Namespace, model: Model) -> Wishes:
     """Planning options of the command line."""
     scale = np.where(model.robot.revolute & args.degrees, np.pi / 180.0, 1.0)
-    start = joint_values(args.start, model.robot.dof, "--start")
-    window = joint_values(args.window, model.robot.dof, "--window")
+    start = options.joint_values(args.start, model.robot.dof, "--start")
+    window = options.joint_values(args.window, model.robot.dof, "--window")
     return Wishes(
         harmonics=args.harmonics,
         period=args.period,

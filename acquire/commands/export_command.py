@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from exidyn.identification.arm.robot import Robot
-from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.export.mjcf_changes import Change
@@ -71,7 +69,9 @@ def export_command(args: Namespace) -> Result:
     else:
         model = read_arm(args.arm)
         moved = _moved(args.arm, model)
-        portable = Portable.of(model, args.payload, _servos_of_file(args.arm, model.robot))
+        source = Path(args.arm)
+        servos = servo_law(compile_mjcf(source), model.robot.joints) if is_mjcf(source) else None
+        portable = Portable.of(model, args.payload, servos)
         form = FORMATS[args.to]
         robot = portable.robot
         if args.patch is None:
@@ -95,12 +95,6 @@ def export_command(args: Namespace) -> Result:
     }
     text = _summary(args.to, missing, moved, () if changes is None else _changes(changes))
     return Result(text, table, [path])
-
-
-def _servos_of_file(source: str, robot: Robot) -> ServoLaw | None:
-    """Law of the position servos of an MJCF; None for other files, and if not all joints have servos."""
-    path = Path(source)
-    return servo_law(compile_mjcf(path), robot.joints) if is_mjcf(path) else None
 
 
 def _check_patch(args: Namespace) -> None:

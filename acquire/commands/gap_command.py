@@ -3,13 +3,12 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from exidyn.identification.diagnosis.findings.finding import Finding, Hypothesis
+from exidyn.identification.diagnosis.findings.finding import Hypothesis
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.html import html
 from exidyn.identification.errors import RobotError
@@ -29,26 +28,13 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_text import model_text
 
+from ..arguments import options
 from ..arguments.command import Command, Option, any_number, positive
-from ..arguments.options import (
-    AS_RECORDED,
-    FILTERS,
-    FULL,
-    JSON,
-    VALIDATE,
-    make_folder,
-    output_option,
-    require_file,
-    view_options,
-)
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..files.simulated_arm import controlled, import_runs, simulated_arm
 from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Stopwatch
-from .result import Result
-
-if TYPE_CHECKING:
-    from ..views.viewers import View
+from .result import Result, later
 
 STAGES = {
     "read": 0.02, "servos": 0.08, "filter": 0.03, "form": 0.1, "search": 0.25, "weigh": 0.05, "simulate": 0.2,
@@ -69,7 +55,7 @@ STAGES = {
     (
         Option("arm ARM.xml", "MJCF of the simulation", Path),
         Option("runs RUN...", "runs to fit (.mcap, .csv)", Path),
-        VALIDATE,
+        options.VALIDATE,
         *PAYLOADS,
         Option(
             "--commands KIND",
@@ -84,12 +70,12 @@ STAGES = {
             positive,
         ),
         Option("--kd KD...", "its torque against the velocity, default: 0 [N m s/rad]", any_number),
-        *FILTERS,
-        output_option("FOLDER", Path("exidyn-gap")),
-        *view_options("the recorded arm and both simulations"),
-        JSON,
-        FULL,
-        AS_RECORDED,
+        *options.FILTERS,
+        options.output_option("FOLDER", Path("exidyn-gap")),
+        *options.view_options("the recorded arm and both simulations"),
+        options.JSON,
+        options.FULL,
+        options.AS_RECORDED,
     ),
     """Two files are written: the best one by itself, for any simulator, and the one with
 the findings, for exidyn.mujoco.attach. Nothing is written that moves the simulation of
@@ -98,10 +84,13 @@ of the file's position servos.""",
 )
 def gap_command(args: Namespace) -> Result:
     """Simulate and diagnose, write and print the results."""
-    make_folder(args.output)
+    options.make_folder(args.output)
     if args.save:
-        require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
-    source = _source(args.arm)
+        options.require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
+    try:
+        source = Source(args.arm.read_bytes(), str(args.arm.resolve().parent), str(args.arm))
+    except OSError as error:
+        raise RobotError(f"{args.arm} cannot be read: {read_failure(args.arm, error)}") from error
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
         model, runs = _read(args)
@@ -115,21 +104,7 @@ def gap_command(args: Namespace) -> Result:
     report = args.output / "report.html"
     document = gap_document(result, written)
     report.write_text(html(document), encoding="utf-8")
-    view = partial(_view, result, model)
-    return Result(document, table, [report], view=view)
-
-
-def _view(result: Gap, model: Model) -> "View":
-    from ..views.gap_view import gap_view
-
-    return gap_view(result, model)
-
-
-def _source(path: Path) -> Source:
-    try:
-        return Source(path.read_bytes(), str(path.resolve().parent), str(path))
-    except OSError as error:
-        raise RobotError(f"{path} cannot be read: {read_failure(path, error)}") from error
+    return Result(document, table, [report], view=later("gap_view", result, model))
 
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
@@ -184,7 +159,10 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "undetermined": [joint + 1 for joint in result.undetermined],
         "file": _answer(result.file) | {"written": written.file},
         "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
-        "findings": [_finding(finding) for finding in result.findings],
+        "findings": [
+            _hypothesis(finding) | {"alternatives": [_hypothesis(other) for other in finding.alternatives]}
+            for finding in result.findings
+        ],
         "stages": [_stage(stage) for stage in result.stages],
         "taken_out": list(result.taken_out),
         "beyond": list(result.beyond),
@@ -208,12 +186,8 @@ def _answer(answer: Answer) -> dict[str, Any]:
     }
 
 
-def _finding(finding: Finding) -> dict[str, Any]:
-    """Effect, joints from 1, probability, and the same of the alternatives."""
-    return _hypothesis(finding) | {"alternatives": [_hypothesis(other) for other in finding.alternatives]}
-
-
 def _hypothesis(hypothesis: Hypothesis) -> dict[str, Any]:
+    """Effect, joints from 1, probability."""
     joints = [joint + 1 for joint in hypothesis.joints]
     return {"effect": hypothesis.effect, "joints": joints, "probability": hypothesis.probability}
 

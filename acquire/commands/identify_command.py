@@ -2,9 +2,7 @@
 
 import shlex
 from argparse import Namespace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.html import html
@@ -21,26 +19,12 @@ from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
 
+from ..arguments import options
 from ..arguments.command import Command, Option, table_help
-from ..arguments.options import (
-    AS_RECORDED,
-    FILTERS,
-    FULL,
-    JSON,
-    VALIDATE,
-    make_folder,
-    output_option,
-    require_file,
-    robot_option,
-    view_options,
-)
 from ..files.given_runs import PAYLOADS, carrying, diagnose_words, distinct_bodies
 from ..terminal.stopwatch import Stopwatch
 from .import_command import DEGREES, UNITS, import_options
-from .result import Result
-
-if TYPE_CHECKING:
-    from ..views.viewers import View
+from .result import Result, later
 
 STAGES = {
     "read": 0.1,
@@ -65,8 +49,8 @@ STAGES = {
     (
         Option("runs RUN...", "recording (.mcap), or with --robot a table (.csv)", Path),
         *PAYLOADS,
-        VALIDATE,
-        robot_option("replaces the robot in the recordings"),
+        options.VALIDATE,
+        options.robot_option("replaces the robot in the recordings"),
         DEGREES,
         UNITS,
         Option(
@@ -74,26 +58,26 @@ STAGES = {
             f"one of {', '.join(ESTIMATORS)}, see below; default: ml with a known payload, else weighted",
             ESTIMATORS,
         ),
-        AS_RECORDED,
+        options.AS_RECORDED,
         Option(
             "--shapes EFFECT...",
             "effects whose shapes are also fitted, joint by joint, such as coulomb_friction",
             default=[],
         ),
         Option("--repeat", "also fit each run, or part of a run, alone, and compare their parameters"),
-        *FILTERS,
-        output_option("FOLDER", Path("exidyn-fit")),
-        JSON,
-        FULL,
-        *view_options("measurement and prediction"),
+        *options.FILTERS,
+        options.output_option("FOLDER", Path("exidyn-fit")),
+        options.JSON,
+        options.FULL,
+        *options.view_options("measurement and prediction"),
     ),
     table_help("estimators", ESTIMATORS),
 )
 def identify_command(args: Namespace) -> Result:
     """Identify, print and write the fit."""
-    make_folder(args.output)
+    options.make_folder(args.output)
     if args.save:
-        require_file(args.save, "--save", [*args.runs, *args.validate])
+        options.require_file(args.save, "--save", [*args.runs, *args.validate])
     model = read_model(args.robot) if args.robot else None
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
@@ -114,7 +98,7 @@ def identify_command(args: Namespace) -> Result:
     document = fit_document(fit)
     report.write_text(html(document), encoding="utf-8")
     following = [_next(args, fit, file)]
-    return Result(document, fit_text(fit), [file, report], following, partial(_view, fit))
+    return Result(document, fit_text(fit), [file, report], following, later("fit_view", fit))
 
 
 def _next(args: Namespace, fit: Fit, file: Path) -> str:
@@ -123,12 +107,6 @@ def _next(args: Namespace, fit: Fit, file: Path) -> str:
     if above and not import_options(args):
         return diagnose_words(args, args.robot)
     return f"export {shlex.quote(str(file))} --to mjcf"
-
-
-def _view(fit: Fit) -> "View":
-    from ..views.fit_view import fit_view
-
-    return fit_view(fit)
 
 
 def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from exidyn.identification.errors import RecordingError
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.mcap.mcap_recover import Recovered, recover
+from exidyn.identification.recordings.mcap.mcap_recover import recover
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Option, refuse_with, refuse_without
-from ..arguments.exit_codes import DONE, LOST
 from ..arguments.options import FULL, JSON, output_option, require_file, robot_option
+from ..arguments.parser import DONE, LOST
 from ..terminal.recording_text import recording_table, recordings_document
 from .result import Result
 
@@ -58,7 +58,8 @@ def _repair(files: list[Path], output: Path | None) -> int:
     for file in files:
         target = output or target_of(file)
         recovered = recover(file, target)
-        print(_recovered_line(file, target, recovered))
+        what = f"{recovered.messages} messages in {recovered.seconds:.3f} s"
+        print(f"{target}: {what if recovered.messages else 'head of the run, but no messages,'} from {file}")
         for loss in recovered.lost:
             print("\n".join(paragraph(loss, " " * 8, "  lost: ")), file=sys.stderr)
         lost |= bool(recovered.lost)
@@ -69,10 +70,3 @@ def target_of(file: Path) -> Path:
     """Default path of the recovered file."""
     complete = file.with_suffix("") if file.suffix == ".part" else file
     return complete.with_suffix(f".recovered{complete.suffix}") if complete.exists() else complete
-
-
-def _recovered_line(file: Path, target: Path, recovered: Recovered) -> str:
-    """One line on what was recovered."""
-    if not recovered.messages:
-        return f"{target}: head of the run, but no messages, from {file}"
-    return f"{target}: {recovered.messages} messages in {recovered.seconds:.3f} s from {file}"

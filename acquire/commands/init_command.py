@@ -178,12 +178,6 @@ def _result(args: Namespace, proposal: Proposal, preset: Path | None, written: l
     return Result("\n\n".join(filter(None, said)), content, written, [] if refusal else following)
 
 
-def _in_si(proposal: Proposal) -> Proposal:
-    """The proposal for a log whose importer knows its units; only likelier other units remain open."""
-    guesses = [guess for guess in proposal.guesses if guess.decided or guess.value not in SI]
-    return replace(proposal, guesses=tuple(guesses))
-
-
 def _refusal(args: Namespace, proposal: Proposal, preset: Path | None) -> str:
     """Why import refuses a log with the proposal; empty if it accepts all logs."""
     if preset is None and kind_of(args.logs[0]) == "exidyn":
@@ -293,7 +287,10 @@ def _proposal(
     columns = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
     _require_same(logs, [names for names, _ in columns])
     proposal = propose(columns[0][0], [values for _, values in columns], model, source=str(logs[0]))
-    return _in_si(proposal.by_gains())
+    proposal = proposal.by_gains()
+    # The importer knows the units of the log; only likelier other units remain open.
+    guesses = [guess for guess in proposal.guesses if guess.decided or guess.value not in SI]
+    return replace(proposal, guesses=tuple(guesses))
 
 
 def _runs(log: Path, model: Model) -> list[Recording]:

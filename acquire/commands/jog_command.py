@@ -18,18 +18,10 @@ from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
 
+from ..arguments import run_options
 from ..arguments.command import Command, Group, Option, number
-from ..arguments.exit_codes import DONE, WRONG
 from ..arguments.options import BODY, FULL, JSON, output_option, robot_option
-from ..arguments.run_options import (
-    DRIVING,
-    STOPS,
-    payload_of,
-    read_controller,
-    require_mock,
-    run_facts,
-    stop_limits,
-)
+from ..arguments.parser import DONE, WRONG
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.effort import flange_travel
@@ -86,7 +78,7 @@ class Jog:
         flange = flange_travel(robot, position, self.travel)
         print_line(jog_text.before_motion(robot, self.travel, position, flange))
         limits = run_limits(robot)
-        watch, current = stop_limits(self.args, robot)
+        watch, current = run_options.stop_limits(self.args, robot)
         motion = there_and_back(position, self.travel, limits, info.cycle)
         return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), watch, current)
 
@@ -121,25 +113,25 @@ class Jog:
         output_option("FILE", meaning="default: jog.mcap, jog-2.mcap, ..."),
         JSON,
         FULL,
-        Group("controller", DRIVING),
-        Group("limits that stop the run", STOPS),
+        Group("controller", run_options.DRIVING),
+        Group("limits that stop the run", run_options.STOPS),
         Group("payload on the flange", BODY),
     ),
     usage="exidyn jog [-h] JOINT --robot ROBOT [option ...]",
 )
 def jog_command(args: Namespace) -> int:
     """Check, confirm, move, record, and judge the joint."""
-    payload = payload_of(args)
+    payload = run_options.payload_of(args)
     nominal = read_model(args.robot)
     model = with_body(nominal, payload)
     travel = _travel(args, model.robot)
-    stop_limits(args, model.robot)  # reports errors in its options before the confirmation
-    name, settings = read_controller(args.controller, args.driver, args.set)
+    run_options.stop_limits(args, model.robot)  # reports errors in its options before the confirmation
+    name, settings = run_options.read_controller(args.controller, args.driver, args.set)
     driver = _driver(args, name, settings, model, payload)
     path = free_path(args.output, "jog")
     require_free(path)
     require_attended(driver.simulated, args.yes)
-    print(jog_text.before(model.robot, travel, run_facts(args, name, path)), file=sys.stderr)
+    print(jog_text.before(model.robot, travel, run_options.run_facts(args, name, path)), file=sys.stderr)
     confirm(driver.simulated, args.yes, ADVICE)
     jog = Jog(model, travel, args, driver)
     sink = MemorySink()
@@ -183,7 +175,7 @@ def _driver(
     args: Namespace, name: str, settings: dict[str, object], model: Model, payload: KnownPayload | None
 ) -> Driver:
     """The driver; the mock gets a simulated arm."""
-    require_mock(args, name)
+    run_options.require_mock(args, name)
     real = with_body(read_model(args.plant), payload) if args.plant else model
     plant = standing_arm(model.robot, real, args.seed, payload.name if payload else "")
     return make_driver(name, settings, model.robot, plant)

@@ -26,6 +26,7 @@ from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, viol
 from exidyn.trajectories.plans.plan_file import parse_plan, write_plan
 from exidyn.trajectories.plans.plan_summary import plan_document
 
+from ..arguments import options
 from ..arguments.command import (
     Command,
     Group,
@@ -36,19 +37,6 @@ from ..arguments.command import (
     refuse_with,
     refuse_without,
     table_help,
-)
-from ..arguments.options import (
-    AS_RECORDED,
-    CELL,
-    FILTERS,
-    FULL,
-    JSON,
-    NO_COLLISION,
-    joint_values,
-    output_option,
-    require_file,
-    robot_option,
-    seed_option,
 )
 from ..files.clearances import read_clearances
 from ..terminal.run_summary import plan_table
@@ -76,10 +64,10 @@ PLAN = (
     DURATION,
     Option("--search S", f"search time; default: {SEARCH:g}", positive, SEARCH),
     Option("--start Q...", "pose at start and end [rad]", any_number),
-    output_option("FILE", Path("payload.toml")),
-    seed_option("seed of the search"),
-    CELL,
-    NO_COLLISION,
+    options.output_option("FILE", Path("payload.toml")),
+    options.seed_option("seed of the search"),
+    options.CELL,
+    options.NO_COLLISION,
 )
 RUNS = Option("runs [RUN...]", "run with the payload (.mcap, .csv); the same payload in all", Path, [])
 FORMS = Option(
@@ -103,13 +91,13 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
         RUNS,
         Option("--fit FIT", "fit.json of the arm without the payload: the narrowest intervals", Path),
         EMPTY,
-        robot_option("replaces the robot in the recordings"),
+        options.robot_option("replaces the robot in the recordings"),
         COM,
         FORMS,
-        *FILTERS,
-        JSON,
-        FULL,
-        AS_RECORDED,
+        *options.FILTERS,
+        options.JSON,
+        options.FULL,
+        options.AS_RECORDED,
         Group("plan the motion instead", PLAN),
     ),
     table_help("controllers", FORMATS),
@@ -117,7 +105,7 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
 def payload_command(args: Namespace) -> Result:
     """Identify the payload and print it, or plan the motion for it."""
     if args.up_to:
-        refuse_with("--up-to", args, [RUNS, EMPTY, COM, FORMS, *FILTERS, AS_RECORDED])
+        refuse_with("--up-to", args, [RUNS, EMPTY, COM, FORMS, *options.FILTERS, options.AS_RECORDED])
         return _plan(args)
     refuse_without("--up-to KG", args, PLAN)
     if not args.runs:
@@ -177,7 +165,7 @@ def _plan(args: Namespace) -> Result:
         raise WrongUse("--up-to needs the arm as --robot or --fit")
     if args.kind == POSES:
         refuse_with(f"--kind {POSES}", args, [DURATION])
-    require_file(args.output, "--output", [path for path in (args.robot, args.fit) if path])
+    options.require_file(args.output, "--output", [path for path in (args.robot, args.fit) if path])
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if fit is None else fit.model
     with Stopwatch({}, 0.0 if args.kind == POSES else args.search) as progress:
@@ -199,7 +187,7 @@ def _plan(args: Namespace) -> Result:
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:
     """The motion for payloads up to --up-to."""
     clearances = read_clearances(args, model.robot) if args.robot else ()
-    start = joint_values(args.start, model.robot.dof, "--start")
+    start = options.joint_values(args.start, model.robot.dof, "--start")
     wishes = Wishes(seconds=args.length, start=start, clearances=clearances, fit=fit)
     return payload_plan(
         model,

@@ -23,29 +23,8 @@ from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 from exidyn.trajectories.plans.plan_limits import within
 from exidyn.trajectories.plans.plan_summary import run_cost
 
+from ..arguments import options, run_options
 from ..arguments.command import Command, Group, Option, name_lines
-from ..arguments.options import (
-    BODY,
-    CELL,
-    CHECK,
-    FULL,
-    JSON,
-    NO_COLLISION,
-    PLAN,
-    SPEED,
-    output_option,
-    robot_option,
-)  # fmt: skip
-from ..arguments.run_options import (
-    DRIVING,
-    STOPS,
-    check_duration,
-    payload_of,
-    read_controller,
-    require_mock,
-    run_facts,
-    stop_limits,
-)
 from ..files.clearances import read_clearances, sources_of
 from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
@@ -62,14 +41,14 @@ from ..terminal.run_summary import confirm, require_attended
 from ..views.live_view import VIEW, Targets, require_showable, start_view
 
 MOTION = (
-    SPEED,
+    options.SPEED,
     Option("--long", "allow a run of more than an hour"),
     Option("--approach", "move slowly from the current position to the start of the motion"),
-    NO_COLLISION,
-    CELL,
+    options.NO_COLLISION,
+    options.CELL,
     Option("--dry-run", "only rehearse on the mock, and record the rehearsal"),
     Option("--no-rehearsal", "do not rehearse on the mock first"),
-    CHECK,
+    options.CHECK,
 )
 
 
@@ -81,15 +60,15 @@ MOTION = (
         "exidyn record trajectory.toml --robot robot.toml --controller cell.toml --mass 175 -o loaded.mcap",
     ),
     (
-        PLAN,
-        robot_option(required=True),
-        output_option("FILE", meaning="default: run.mcap, run-2.mcap, ..."),
-        JSON,
-        FULL,
-        Group("controller", DRIVING),
+        options.PLAN,
+        options.robot_option(required=True),
+        options.output_option("FILE", meaning="default: run.mcap, run-2.mcap, ..."),
+        options.JSON,
+        options.FULL,
+        Group("controller", run_options.DRIVING),
         Group("motion", MOTION),
-        Group("limits that stop the run", STOPS),
-        Group("payload on the flange", BODY),
+        Group("limits that stop the run", run_options.STOPS),
+        Group("payload on the flange", options.BODY),
         Group("live view", VIEW),
     ),
     name_lines(
@@ -100,13 +79,13 @@ MOTION = (
 )
 def record_command(args: Namespace) -> int:
     """Check, rehearse, confirm, run and record; return 0 if the run completed."""
-    payload = payload_of(args)
+    payload = run_options.payload_of(args)
     plan = read_plan(args.plan)
-    check_duration(plan.trajectory.duration, args.speed, args.long)
+    run_options.check_duration(plan.trajectory.duration, args.speed, args.long)
     ready = check_plan(plan, read_model(args.robot), args.speed, payload)
-    name, settings = read_controller(args.controller, args.driver, args.set)
+    name, settings = run_options.read_controller(args.controller, args.driver, args.set)
     if not args.dry_run:
-        require_mock(args, name)
+        run_options.require_mock(args, name)
     path, targets = free_path(args.output, "run"), Targets(args.view, args.serve, args.save)
     plant = _plant(args, ready, payload, path.stem)
     driver = make_driver(name, settings, ready.model.robot, plant)
@@ -118,10 +97,12 @@ def record_command(args: Namespace) -> int:
     require_attended(driver.simulated, args.yes)
     clearances = _clearances(args, plan, ready.model)
     require_clear(ready, clearances)
-    job = _job(args, ready, clearances)
+    start = StartRules(approach=args.approach, clearances=clearances)
+    watch, current = run_options.stop_limits(args, ready.model.robot)
+    job = Job(ready.model.robot, ready.plan.trajectory, ready.limits, start, watch, current)
     speed = f"{100 * args.speed:g} % of the planned speed"
     takes = run_cost(ready.plan, _cycle(driver, ready))
-    facts = run_facts(args, name, path, speed=speed, takes=takes)
+    facts = run_options.run_facts(args, name, path, speed=speed, takes=takes)
     if name == "mock" and not (args.plant or args.dry_run):
         facts["simulated arm"] = "robot file with each value off by up to its tolerance; see --plant"
     print(run_summary.before(ready, facts), file=sys.stderr)
@@ -145,7 +126,9 @@ def record_command(args: Namespace) -> int:
         trajectory=plan_text(within(plan, ready.model.robot)),
         speed=f"{args.speed:g}",
     )
-    outcome = _record(targets, driver, job, path, head, args, _next(plan, path))
+    weighs = "payload" in plan.details  # planned by `exidyn payload`
+    following = f"{'payload' if weighs else 'identify'} {shlex.quote(str(path))}{' --fit FIT' * weighs}"
+    outcome = _record(targets, driver, job, path, head, args, following)
     return code_of(outcome)
 
 
@@ -159,12 +142,6 @@ def _print_expected(args: Namespace, plan: Plan, payload: KnownPayload | None) -
         return
     for sentence in sentences:
         print("\n".join(paragraph(sentence)), file=sys.stderr)
-
-
-def _next(plan: Plan, path: Path) -> str:
-    """The command that usually follows a complete recording."""
-    weighs = "payload" in plan.details  # planned by `exidyn payload`
-    return f"{'payload' if weighs else 'identify'} {shlex.quote(str(path))}{' --fit FIT' * weighs}"
 
 
 def _cycle(driver: Driver, ready: CheckedPlan) -> float:
@@ -190,13 +167,6 @@ def _plant(
         return simulated_arm(model, start, seed=seed, payload=payload.name if payload else "")
 
     return make
-
-
-def _job(args: Namespace, ready: CheckedPlan, clearances: tuple[Clearance, ...]) -> Job:
-    robot = ready.model.robot
-    start = StartRules(approach=args.approach, clearances=clearances)
-    watch, current = stop_limits(args, robot)
-    return Job(robot, ready.plan.trajectory, ready.limits, start, watch, current)
 
 
 def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, ...]:

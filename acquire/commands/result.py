@@ -3,13 +3,14 @@
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exidyn.identification.document.document import Document
 from exidyn.identification.document.text import brief_text, text
 
-from ..arguments.exit_codes import DONE
+from ..arguments.parser import DONE
 from ..terminal.json_output import hand_over, json_text, print_next, print_written
 
 if TYPE_CHECKING:
@@ -53,3 +54,8 @@ class Result:
             if args.save:
                 print_written(args.save)
         return self.code
+
+
+def later(name: str, *content: object) -> "Callable[[], View]":
+    """Function that makes the view of views/NAME.py; it imports Rerun, which takes a second."""
+    return lambda: getattr(import_module(f"..views.{name}", __package__), name)(*content)

@@ -1,8 +1,6 @@
 """exidyn excite --show: a planned motion as a table, a page of plots, a view, or in other formats."""
 
 from argparse import Namespace
-from functools import partial
-from typing import TYPE_CHECKING
 
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
@@ -15,17 +13,14 @@ from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, viol
 from exidyn.trajectories.plans.plan_file import read_plan
 from exidyn.trajectories.plans.plan_limits import file_warnings, within
 from exidyn.trajectories.plans.plan_page import Around, plan_page
-from exidyn.trajectories.plans.plan_space import Space, space_of
+from exidyn.trajectories.plans.plan_space import space_of
 from exidyn.trajectories.plans.plan_summary import plan_document
 
 from ..arguments.command import Option, WrongUse, positive, print_warning
 from ..arguments.options import require_file, view_options
 from ..files.clearances import read_clearances, sources_of
 from ..terminal.run_summary import plan_table
-from .result import Result
-
-if TYPE_CHECKING:
-    from ..views.viewers import View
+from .result import Result, later
 
 SHOW_HELP = "trajectory file (.toml); with ROBOT also torques, collisions and the animated arm"
 SHOWN = (
@@ -64,7 +59,7 @@ def show_motion(args: Namespace) -> Result:
     content = EXPORTS[args.to](plan, args.rate) if args.to else plan_page(plan, beyond, torque, around)
     path.write_text(content, encoding="utf-8")
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
-    view = partial(_view, plan, model, around.space) if model and around else None
+    view = later("plan_view", plan, model, around.space) if model and around else None
     return Result(plan_document(plan, uses, beyond), table, [path], view=view)
 
 
@@ -76,9 +71,3 @@ def _differences(plan: Plan, model: Model | None) -> list[str]:
     if plan.joints != model.robot.joints:
         raise TrajectoryError(differences[0])
     return [*file_warnings(plan, model.robot), *differences]
-
-
-def _view(plan: Plan, model: Model, space: Space) -> "View":
-    from ..views.plan_view import plan_view  # Rerun takes a second to import
-
-    return plan_view(plan, model, space)

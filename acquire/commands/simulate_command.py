@@ -1,4 +1,4 @@
-"""exidyn simulate: simulate a planned motion in closed loop, and compare it with a recording."""
+"""exidyn simulate: simulate a planned motion in closed loop, or compare a simulation with a recording."""
 
 import shlex
 import time
@@ -11,9 +11,15 @@ import numpy as np
 
 from exidyn.identification.effects import Payload, known_parameters
 from exidyn.identification.errors import NeedsPayload, RobotError
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.model import Model
+from exidyn.identification.pages.compared_document import compared_document, differs
+from exidyn.identification.recordings.align import nearest
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import KnownPayload, Recording
+from exidyn.identification.robot_files.robot_file import model_text, read_model
+from exidyn.identification.simulation.comparison import Comparison, compare
 from exidyn.identification.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
@@ -24,19 +30,77 @@ from ..arguments.command import (
     Group,
     Option,
     WrongUse,
+    number,
     positive,
     print_warning,
     refuse_without,
     valid_if,
 )
-from ..arguments.options import BODY, FULL, JSON, PLAN, SPEED, output_option, require_file, seed_option
+from ..arguments.options import (
+    BODY,
+    FULL,
+    JSON,
+    PLAN,
+    SPEED,
+    output_option,
+    require_file,
+    robot_option,
+    seed_option,
+)
 from ..arguments.run_options import PAYLOAD
-from ..files.given_runs import ARM_HELP, read_arm
+from ..files.given_runs import ARM_HELP, read_arm, single_recording
+from ..files.result_files import comparison_table
 from ..run.arms import noise_seed
 from ..run.simulated import simulated
 from ..terminal.stopwatch import Stopwatch
-from .comparison import COMPARISON, compare_with
 from .result import Result
+
+COMPARISON = (
+    robot_option("for tables, which do not contain their robot"),
+    Option(
+        "--offset S", "added to the time of the simulation; default: where the positions agree best", number
+    ),
+    Option("--fit FIT", "fit.json that sets filters and noise floor", Path),
+)
+
+
+def compare_with(args: Namespace, path: Path, note: str = "") -> Result:
+    """Compare the simulation at a path with the recording of --against; the note is on the simulation."""
+    model = read_model(args.robot) if args.robot else None
+    simulated, recorded = (single_recording(source, model) for source in (path, args.against))
+    if simulated.name == recorded.name:
+        simulated = replace(simulated, name=str(path))
+    comparison = _compared(simulated, recorded, args.offset, read_fit(args.fit) if args.fit else None)
+    following = _next_commands(args, path, simulated, recorded)
+    table = comparison_table(comparison, [f"exidyn {command}" for command in following])
+    return Result(compared_document(comparison, note), table, next=following if differs(comparison) else ())
+
+
+def _compared(simulated: Recording, recorded: Recording, offset: float | None, fit: Fit | None) -> Comparison:
+    """Compare both on one clock."""
+    if offset is not None:
+        return compare(simulated, recorded, offset, fit)
+    alignment, repeat = nearest(simulated, recorded)
+    comparison = compare(simulated, recorded, alignment.offset, fit)
+    if not repeat:
+        return comparison
+    warning = (
+        f"both agree as well {repeat:.2f} s further, since the motion repeats itself; "
+        "state the offset of the clocks with --offset"
+    )
+    return replace(comparison, warnings=(*comparison.warnings, warning))
+
+
+def _next_commands(args: Namespace, path: Path, simulated: Recording, recorded: Recording) -> list[str]:
+    """Commands that diagnose the simulation's model with the recording."""
+    run = shlex.quote(str(args.against))
+    if args.robot:
+        return [f"diagnose {run} --robot {shlex.quote(args.robot)}"]
+    if model_text(simulated.model) == model_text(recorded.model):
+        return [f"diagnose {run}"]
+    model = shlex.quote(str(path.with_name(f"{path.stem}-model.toml")))
+    return [f"export {shlex.quote(str(path))} --to toml -o {model}", f"diagnose {run} --robot {model}"]
+
 
 FASTEST, SLOWEST = 1e-4, 0.1
 """Range of a controller's cycle [s]: current loops run every 0.1 ms, and no arm is commanded at 10 Hz."""
@@ -141,7 +205,7 @@ def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:
 
 def _summary(recording: Recording, seconds: float) -> str:
     """Duration, speed of the simulation, and largest deviations from the commands."""
-    joints, units = recording.robot.joints, _units(recording)
+    joints, units = recording.robot.joints, recording.robot.units("rad")
     deviations = zip(joints, _largest_deviations(recording), units, strict=True)
     text = ", ".join(f"{joint} {digits(deviation)} {unit}" for joint, deviation, unit in deviations)
     factor = recording.duration / seconds
@@ -159,7 +223,7 @@ def _table(recording: Recording, seconds: float) -> dict[str, Any]:
         "name": recording.name,
         "robot": recording.robot.name,
         "joints": list(recording.robot.joints),
-        "units": _units(recording),
+        "units": recording.robot.units("rad"),
         "duration": recording.duration,
         "seconds": seconds,
         "farthest_from_command": _largest_deviations(recording),
@@ -171,7 +235,3 @@ def _largest_deviations(recording: Recording) -> np.ndarray:
     """Largest deviation of each joint from its command, shape (n,) [rad] or [m]."""
     signals = recording.signals
     return np.abs(signals["position"].values - signals["command"].values).max(axis=0)
-
-
-def _units(recording: Recording) -> list[str]:
-    return ["rad" if revolute else "m" for revolute in recording.robot.revolute]

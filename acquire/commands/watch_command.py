@@ -68,7 +68,10 @@ STEP = 0.05
 def watch_command(args: Namespace) -> None:
     """Open the controller for reading, show measurements until Ctrl-C or the end, close it."""
     with ExitStack() as stack:
-        targets = _targets(args)
+        targets = Targets(args.view, args.serve, args.save)
+        require_showable(targets)
+        if args.save is not None:
+            require_apart(args.save, "--save", [*([args.fit] if args.fit else []), *args.free])
         contact = _contact(args)
         model = _model(args, contact, targets)
         driver, units = _driver(args, model)
@@ -94,15 +97,6 @@ def watch_command(args: Namespace) -> None:
         _show(args, readings, units, info, file, contact)
     if args.save is not None:
         print_written(args.save)
-
-
-def _targets(args: Namespace) -> Targets:
-    """Targets of the live view, checked before any work is done."""
-    targets = Targets(args.view, args.serve, args.save)
-    require_showable(targets)
-    if args.save is not None:
-        require_apart(args.save, "--save", [*([args.fit] if args.fit else []), *args.free])
-    return targets
 
 
 def _contact(args: Namespace) -> "LiveContact | None":

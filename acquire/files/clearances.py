@@ -17,13 +17,10 @@ from ..arguments.command import print_warning
 
 
 def read_clearances(args: Namespace, robot: Robot, distance: float = REQUIRED) -> tuple[Clearance, ...]:
-    """Clearances of an arm by the options of a command: --robot, --cell and --no-collision.
+    """Clearances of the arm of `args.robot` by the options of a command: --cell and --no-collision.
 
-    Args:
-        args: Parsed command line.
-        robot: The robot that was read from `args.robot`.
-        distance: Smallest distance between bodies, and between bodies and obstacles [m]; with one above 0,
-            warnings are printed on what is not checked.
+    Bodies keep a distance [m] from each other and from obstacles; with one above 0, warnings are printed on
+    what is not checked.
 
     Raises:
         RobotError: If a file is wrong, or there are obstacles but the robot has no collision geometry.

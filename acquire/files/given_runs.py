@@ -11,8 +11,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from exidyn.identification.diagnosis.findings.evidence import Trace
-from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.effects import known_parameters
 from exidyn.identification.errors import NeedsPayload, RecordingError
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identification import same_robot
@@ -25,9 +23,10 @@ from exidyn.identification.robot_files.description import ENDINGS, NAMED
 from exidyn.identification.robot_files.robot_file import builtin_names, read_model
 
 from ..arguments.command import Option, WrongUse, any_number
+from ..arguments.run_options import known_body
 
 Named = TypeVar("Named", Recording, Trace)
-ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: "
+ARM_HELP = f"fit.json, robot.toml, {NAMED}, recording (.mcap), or built in: {', '.join(builtin_names())}"
 ROLE = "identify"
 """Role of a run that does not state one."""
 LOADED = "payload"
@@ -51,14 +50,6 @@ def renamed(named: Iterable[Named]) -> list[Named]:
     runs = list(named)
     names = distinct_names([run.name for run in runs])
     return [replace(run, name=name) for run, name in zip(runs, names, strict=True)]
-
-
-def role_words(role: str) -> str:
-    """A run's role in words."""
-    return "held out" if role == HELD_OUT else role
-
-
-ARM_HELP += ", ".join(builtin_names())
 
 
 def read_arm(source: str) -> Model:
@@ -93,20 +84,6 @@ class PayloadRun:
     path: Path  # path of the run
     # Keyword arguments of `known_parameters`: "mass" [kg], "com" [m], "inertia" [kg m^2].
     numbers: dict[str, Any] = field(default_factory=dict)
-
-    def known(self) -> tuple[tuple[str, float], ...]:
-        """Known parameters of the payload; empty without numbers.
-
-        Raises:
-            NeedsPayload: If a center of mass or an inertia comes without a mass.
-        """
-        if not self.numbers:
-            return ()
-        if "mass" not in self.numbers:
-            raise NeedsPayload(
-                f"--payload {self.path}: {' and '.join(self.numbers)} given without --mass [kg]"
-            )
-        return known_parameters(**self.numbers)
 
 
 class _OfLastPayload(argparse.Action):
@@ -162,7 +139,7 @@ def carrying(recording: Recording, run: PayloadRun) -> Recording:
     Raises:
         NeedsPayload: If the mass is unknown and cannot be identified.
     """
-    known = run.known()
+    known = known_body(run.numbers, f"--payload {run.path}: ")
     if known:
         name = recording.payload.name if recording.payload else "L"
         return replace(recording, payload=KnownPayload(name, known))

@@ -12,8 +12,7 @@ from exidyn.drivers.host_clock import HOST
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
 
-from ..arguments.exit_codes import DONE, STOPPED, UNSAFE
-from ..arguments.parser import complaint
+from ..arguments.parser import DONE, STOPPED, UNSAFE, complaint
 from ..run.announcer import BLOCKED, Announcer
 from ..run.errors import print_line
 from ..run.frames import END, text_frame
@@ -21,8 +20,7 @@ from ..run.perform import Job, Outcome, perform
 from ..run.pipe import PipeSink, Sink
 from ..run.realtime import realtime
 from ..run.recorder import RunHead, part_of, start_recorder
-from ..run.stopping.standstill import unknown_at_end
-from ..run.stopping.stop import StopRequests
+from ..run.stopping.stop import StopRequests, unknown_at_end
 from ..terminal import run_summary
 from ..terminal.json_output import print_next, print_written
 
@@ -82,16 +80,8 @@ def run_recorded(
 ) -> tuple[Outcome, PipeSink]:
     """Start the recorder and the viewers, run, and wait until the recording is written.
 
-    Args:
-        driver: Driver that is not open yet.
-        job: Job to perform, see `perform`.
-        path: File of the recording.
-        head: Function that returns the head of the recording, see `run_head`.
-        viewers: Function that starts further processes that receive the run.
-        also: Further sinks of every cycle, in this process.
-
-    Returns:
-        Outcome of the run, and the recorder, which has ended.
+    See `perform` for the job and `run_head` for the head. `viewers` starts further processes that receive the
+    run, and `also` are sinks of every cycle in this process. The returned recorder has ended.
     """
     with ExitStack() as stack:
         # First in, last out: a Ctrl-C while the recorder finishes must not end it.

@@ -54,11 +54,8 @@ def simulated_arm(arm: Path, recorded: Robot) -> Model:
 def controlled(source: Source, robot: Robot, kp: Sequence[float], kd: Sequence[float]) -> Source:
     """The file with servos of these gains in place of its motors.
 
-    Args:
-        source: File of the simulation.
-        robot: The robot that it describes.
-        kp: Torque per position error, one number or one per joint [N m/rad].
-        kd: Torque against the velocity, one number or one per joint [N m s/rad].
+    `kp` is the torque per position error [N m/rad] and `kd` that against the velocity [N m s/rad], one number
+    or one per joint.
 
     Raises:
         RobotError: A gain or their count is wrong, or a joint does not have exactly one motor.

@@ -34,7 +34,7 @@ def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
 
 
 def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:
-    """Position of the joint and its motion, printed before the drives are powered."""
+    """Position and motion of the joint, and of the flange by the robot file, before drives are powered."""
     units, joint = JointUnits.of(robot), travel.joint
     target = position.copy()
     target[joint] += travel.distance
@@ -42,19 +42,14 @@ def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: Fl
         f"{robot.joints[joint]} stands at {units.text(position, joint)} (limits {units.range_text(joint)}), "
         f"goes to {units.text(target, joint)} and back, after {BEFORE:g} s of rest"
     )
-    return "\n".join([*paragraph(text), *expected(robot, travel, flange)])
-
-
-def expected(robot: Robot, travel: Travel, flange: FlangeTravel) -> list[str]:
-    """Displacement of the flange by the robot file."""
     kind = "turns about" if robot.revolute[travel.joint] else "slides along"
     sign = "" if travel.distance > 0.0 else "minus "
-    text = (
+    expected = (
         f"the flange goes {1e3 * np.linalg.norm(flange.moved):.1f} mm: "
         f"{_vector(1e3 * flange.moved, '{:+.1f}')} mm in the base frame; the joint {kind} "
         f"{sign}({_vector(flange.axis, '{:.2f}')})"
     )
-    return paragraph(text)
+    return "\n".join([*paragraph(text), *paragraph(expected)])
 
 
 def _vector(values: np.ndarray, form: str) -> str:

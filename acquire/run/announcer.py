@@ -34,12 +34,7 @@ class Silent:
 
 
 class Announcer(Silent):
-    """Prints texts in order; a context manager that prints the remaining texts on exit.
-
-    Args:
-        show: Function that prints a text.
-        blocked: Text to print when the loop is blocked.
-    """
+    """Prints texts in order, and one when the loop is blocked; on exit, it prints the remaining texts."""
 
     def __init__(self, show: Callable[[str], None], blocked: str) -> None:
         self._show, self._blocked = show, blocked

@@ -128,15 +128,7 @@ class StartRules:
 def plan_start(
     player: Player, measured: np.ndarray, robot: Robot, limits: Limits, rules: StartRules, info: Info
 ) -> Phases:
-    """Plan the approach from where the arm stands to the start of the motion.
-
-    Args:
-        player: Player of the motion.
-        measured: Position of the arm at rest, shape (n,) [rad] or [m].
-        robot: Robot, for names and units of the joints.
-        limits: Finite limits of the arm.
-        rules: Rules of the approach.
-        info: Metadata of the driver, with the controller's window.
+    """Plan the approach from the measured position (n,) [rad] or [m] at rest to the start of the motion.
 
     Raises:
         CannotStart: If the arm is too far away, its position is unknown, or the approach is not allowed.
@@ -164,8 +156,7 @@ def plan_start(
 
 def scaled_limits(limits: Limits, share: float) -> Limits:
     """The limits with velocity, acceleration and jerk scaled by a share [-]."""
-    names = ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk")
-    return replace(limits, **{name: share * getattr(limits, name) for name in names})
+    return replace(limits, **{name: share * getattr(limits, name) for name in RATES})
 
 
 def _too_far_text(measured: np.ndarray, target: np.ndarray, robot: Robot, rules: StartRules) -> str:

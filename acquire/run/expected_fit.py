@@ -99,18 +99,9 @@ def expected_fit(
     runs = []
     for number, (plan, name) in enumerate(product(plans, carried)):
         progress(f"simulate run {number + 1} of {len(plans) * len(carried)}")
-        payload = KnownPayload(name, known[name]) if name else None
+        payload, run = KnownPayload(name, known[name]) if name else None, f"run {number + 1}"
         runs.append(
-            simulated(
-                model,
-                plan,
-                arm,
-                payload,
-                speed=speed,
-                tick=plan.tick,
-                seed=seed + number,
-                name=f"run {number + 1}",
-            )  # fmt: skip
+            simulated(model, plan, arm, payload, speed=speed, tick=plan.tick, seed=seed + number, name=run)
         )
     progress("identify from them")
     return _expected(identify(runs, drop=False, as_recorded=True), arm)

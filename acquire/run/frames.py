@@ -2,19 +2,24 @@
 
 A frame has a kind, a length and a body: samples are binary, everything else is JSON. A pipe keeps its content
 when the writer dies, and a frame is smaller than what a pipe takes at once, so no frame is ever torn.
+
+For external torques of an arm that is watched, a sample has time, torque, threshold and position of each
+joint, and force; contacts are events whose controller_time is the time of the sample [ns].
 """
 
 import json
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 
 from exidyn.drivers import Command, Sample
 from exidyn.drivers.values import SIGNALS
+from exidyn.identification.model import Model
+from exidyn.identification.robot_files.robot_file import model_text, parse_model
 
 HEAD, SAMPLE, EVENT, END = b"H", b"S", b"E", b"Z"
 """Kinds of frames: head (once, first), sample (every cycle), event, end (once, last)."""
@@ -122,3 +127,43 @@ class Unframed:
             yield kind, bytes(self._waiting[start + _FRAME.size : stop])
             start = stop
         del self._waiting[:start]
+
+
+class ContactHead(NamedTuple):
+    """Description of the arm, the first frame."""
+
+    model: Model  # model of the arm
+    unit: str  # unit of the torques
+    force: bool  # whether the force on the flange is known
+
+    def frame(self) -> bytes:
+        """The head as a frame."""
+        return text_frame(HEAD, {**self._asdict(), "model": model_text(self.model)})
+
+    @classmethod
+    def read(cls, body: bytes) -> "ContactHead":
+        """Read a head from the body of its frame."""
+        content = json.loads(body)
+        return cls(parse_model(content["model"]), content["unit"], content["force"])
+
+
+class ContactRows(NamedTuple):
+    """External torques to be drawn; unknown values are NaN."""
+
+    time: np.ndarray  # time, shape (t,) [s]
+    torque: np.ndarray  # external torques, shape (t, n) [N m]
+    limit: np.ndarray  # torque at which each joint alone makes an alarm, shape (t, n) [N m]
+    position: np.ndarray  # joint positions, shape (t, n) [rad]
+    force: np.ndarray  # force on the flange in the axes of the base, shape (t, 3) [N]
+
+    def frames(self) -> Iterator[bytes]:
+        """One frame per row."""
+        for row in np.column_stack(self).astype("<f8", copy=False):
+            yield frame(SAMPLE, row.tobytes())
+
+    @classmethod
+    def read(cls, bodies: Sequence[bytes]) -> "ContactRows":
+        """Read rows from the bodies of their frames."""
+        rows = np.array([np.frombuffer(body, "<f8") for body in bodies])
+        n = (rows.shape[1] - 4) // 3
+        return cls(rows[:, 0], *np.split(rows[:, 1:], [n, 2 * n, 3 * n], axis=1))

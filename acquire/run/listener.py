@@ -37,13 +37,8 @@ class Reading:
 class Listener:
     """A context manager that receives samples in the background, so that printing them may take time.
 
-    It keeps answering controllers that end the session without an answer.
-
-    Args:
-        driver: Open driver in real time; nothing else may call it until the listener exits.
-
-    Attributes:
-        clock: Clock of the driver.
+    It keeps answering controllers that end the session without an answer. Nothing else may call the driver,
+    which is open and in real time, until the listener exits.
     """
 
     def __init__(self, driver: Driver) -> None:

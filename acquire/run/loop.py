@@ -18,8 +18,7 @@ from .pipe import Nobody, Sink
 from .player import BRAKING, LISTENING, Player
 from .stopping.escalation import escalate, state_of
 from .stopping.signs import Signs
-from .stopping.standstill import Standstill, unknown_at_end
-from .stopping.stop import Stop, Stops, harder
+from .stopping.stop import Standstill, Stop, Stops, harder, unknown_at_end
 from .stopping.watch import CommandCheck, Watch
 
 LISTEN_ON = 2.0
@@ -62,11 +61,6 @@ class Loop:
         stop_request: Function that returns a stop requested by a person, or None.
         signs: Signs that a stop does not work; None if something else moves the arm.
         announcer: Announcer of stops to a person.
-
-    Attributes:
-        counts: Statistics of the cycles.
-        stops: Why the run ends early, and the stops requested from the driver.
-        last: Last sample.
     """
 
     def __init__(
@@ -90,9 +84,10 @@ class Loop:
         self._lost, self._failures = "", 0
         self._cycles_listened, self._cpu_time, self._cycle_start = 0, 0, 0.0
         self._announcer = announcer or Silent()
-        self.counts = Counts()
+        self.counts = Counts()  # statistics of the cycles
+        # Why the run ends early, and the stops requested from the driver.
         self.stops = Stops(driver, self.report, self._announcer.say)
-        self.last: Sample | None = None
+        self.last: Sample | None = None  # last sample
 
     def listen(self, until: Callable[[], bool]) -> None:
         """Receive samples without commanding until a condition holds or there is a reason to stop."""

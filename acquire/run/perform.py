@@ -24,8 +24,7 @@ from .pipe import Sink
 from .player import Player
 from .realtime import yield_to_the_loop
 from .stopping.signs import Signs
-from .stopping.standstill import Standstill
-from .stopping.stop import Stop
+from .stopping.stop import Standstill, Stop
 from .stopping.watch import CommandCheck, Watch, WatchLimits
 
 LISTEN_TIME = 0.1

@@ -71,10 +71,6 @@ class PipeSink:
         waits: Whether to wait if the process is too slow; for a loop that is not in real time.
         patience: Maximum time until the process is ready [s].
 
-    Attributes:
-        failure: Why the run is no longer recorded or shown; empty while it is.
-        dropped: Number of frames dropped because the process was too slow.
-
     Raises:
         SinkFailed: If the process is not ready in time or reports a failure.
     """
@@ -88,9 +84,10 @@ class PipeSink:
         waits: bool = False,
         patience: float = START,
     ) -> None:
-        self.name, self.dropped, self.message, self.outcome = name, 0, "", ""
+        self.name, self.message, self.outcome = name, "", ""
+        self.dropped = 0  # number of frames dropped because the process was too slow
         self._lossy, self._waits = lossy, waits
-        self.failure = ""
+        self.failure = ""  # why the run is no longer recorded or shown; empty while it is
         self._waiting = bytearray()
         self._received = bytearray()
         self._start(module, arguments)
@@ -253,17 +250,13 @@ class PipeSource:
 
     Args:
         arguments: Arguments of the process: two file descriptors, then the arguments given to `PipeSink`.
-
-    Attributes:
-        arguments: Arguments given to `PipeSink`.
-        ended: Whether no more frames will come.
-        broken: Error message if the received bytes could not be frames, else empty.
     """
 
     def __init__(self, arguments: Sequence[str]) -> None:
         self._frames, self._report = int(arguments[0]), int(arguments[1])
-        self.arguments = list(arguments[2:])
-        self.ended, self.broken = False, ""
+        self.arguments = list(arguments[2:])  # those given to `PipeSink`
+        self.ended = False  # whether no more frames will come
+        self.broken = ""  # error message if the received bytes could not be frames
         self._unframed = Unframed()
         os.set_blocking(self._frames, False)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

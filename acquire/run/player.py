@@ -56,11 +56,7 @@ class Player:
         return self._rested >= self._settle
 
     def approach(self, measured: np.ndarray, limits: Limits | None = None) -> Phases:
-        """The trajectory from rest at a measured position to the start of the motion.
-
-        Args:
-            measured: Measured position, shape (n,) [rad].
-            limits: Limits to use instead of the player's.
+        """The trajectory from rest at a position (n,) [rad] to the motion, by its own or other limits.
 
         Raises:
             TrajectoryError: If there is none within the position limits.

@@ -24,11 +24,8 @@ def part_of(path: Path) -> Path:
 def start_recorder(path: Path, waits: bool = False) -> PipeSink:
     """Start the process that writes a run to a file, from the frame of its `RunHead` to its end frame.
 
-    The outcome in the recording is the content of the end frame and the recorder's own counts.
-
-    Args:
-        path: Path of the complete recording; an existing file is not overwritten.
-        waits: Whether the loop may have to wait, because no real arm moves.
+    The outcome in the recording is the content of the end frame and the recorder's own counts. The loop
+    `waits` for a slow recorder only if no real arm moves.
 
     Raises:
         RunError: If the file exists or cannot be created.

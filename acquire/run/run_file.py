@@ -50,12 +50,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class RunFile:
-    """Writes a run as it happens.
-
-    Args:
-        stream: File opened for writing.
-        head: Head of the run; it is written at once.
-    """
+    """Writes a run as it happens, its head at once."""
 
     def __init__(self, stream: IO[bytes], head: RunHead) -> None:
         self._head = head
@@ -157,21 +152,16 @@ def _row(signal: str) -> int:
 
 
 class DiskFile:
-    """A file with the interface that the MCAP writer needs; a context manager that closes it.
+    """A new file with the interface that the MCAP writer needs, and disk space in reserve [bytes].
 
-    Attributes:
-        full: Disk error, such as a full disk with only the reserve left; empty while there is none.
-
-    Args:
-        path: Path of the new file.
-        reserve: Disk space to reserve [bytes].
+    A context manager that closes it.
 
     Raises:
         OSError: If the file exists or cannot be created, or the disk has no space for the reserve.
     """
 
     def __init__(self, path: Path, reserve: int = RESERVE) -> None:
-        self.full = ""
+        self.full = ""  # disk error, such as a full disk with only the reserve left
         self._size = 0
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._closing = threading.Event()

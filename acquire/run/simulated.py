@@ -98,12 +98,7 @@ def commands(motion: Trajectory, speed: float, arm: Model, tick: float) -> tuple
 def rehearse(job: Job, model: Model, cycle: float, payload: str = "", shown: Sequence[Sink] = ()) -> Outcome:
     """Perform a job with the mock driver and the nominal arm, which stands at the start of the motion.
 
-    Args:
-        job: Job to rehearse.
-        model: Nominal model with its payload.
-        cycle: Cycle time of the real controller [s].
-        payload: Name of the payload; empty for none.
-        shown: Sinks that show progress; they are closed at the end.
+    The model has its payload; the cycle [s] is that of the real controller. Sinks are closed at the end.
 
     Raises:
         NotAllowed: If the simulated arm had to be stopped.

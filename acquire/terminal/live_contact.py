@@ -5,28 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from exidyn.drivers import Sample
-from exidyn.identification.contact.alarms import Alarms
 from exidyn.identification.contact.contact import free_threshold, torque_unit, wrenches
 from exidyn.identification.contact.observer import Estimates, Observer
+from exidyn.identification.contact.threshold import Alarms
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.recordings.mcap.mcap_writer import ticks
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.text_table import digits
 
-from ..run.contact_frames import ContactHead, ContactRows
-from ..run.frames import Event, event_frame
+from ..run.frames import ContactHead, ContactRows, Event, event_frame
 from ..run.pipe import Sink
 from .watch_text import External
 
 
 class LiveContact:
-    """Estimates external torques from samples as they come.
-
-    Args:
-        fit: The fit.
-        free: Runs without contact that the fit has not used; without them there is no threshold.
-        payload: Name of the payload on the flange; empty for none.
-        alarms_per_hour: Accepted false alarms [1/h].
+    """Estimates external torques from samples as they come; there is no threshold without `free` runs.
 
     Raises:
         RecordingError: The runs without contact are too short, or were used for the fit.

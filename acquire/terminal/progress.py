@@ -21,11 +21,7 @@ SEEN = 2.0
 
 
 class Progress(PipeSink):
-    """Progress line of a run, written by a separate process so that the loop never waits for a terminal.
-
-    Args:
-        seconds: Duration of the motion [s].
-    """
+    """Progress line of a run, written by a separate process so that the loop never waits for a terminal."""
 
     def __init__(self, seconds: float) -> None:
         super().__init__("progress", PROCESS, [f"{seconds:.3f}"], lossy=True)
@@ -36,7 +32,7 @@ class Progress(PipeSink):
 
 
 def start_progress(seconds: float) -> list[Progress]:
-    """The progress line if standard error is a terminal; a run also works without it."""
+    """The progress line of a motion [s] if standard error is a terminal; a run also works without it."""
     if not sys.stderr.isatty():
         return []
     try:
@@ -46,19 +42,12 @@ def start_progress(seconds: float) -> list[Progress]:
 
 
 class Line:
-    """Text of the progress line.
-
-    Args:
-        seconds: Duration of the motion [s].
-
-    Attributes:
-        over: Whether the loop has reported the end of the run.
-    """
+    """Text of the progress line of a motion of some seconds [s]."""
 
     def __init__(self, seconds: float) -> None:
         self._seconds, self._began, self._played = seconds, 0, 0.0
         self._stage, self._missed, self._since = 0, 0, 0.0
-        self.over = False
+        self.over = False  # whether the loop has reported the end of the run
 
     def add(self, kind: bytes, body: bytes) -> None:
         """Update the line with one frame of the run."""
@@ -72,11 +61,7 @@ class Line:
             self._played = min(1e-9 * (cycle.host_time - self._began), self._seconds)
 
     def time_left(self, now: float) -> str:
-        """Remaining time at the speed so far, which is not real time for a simulated arm; empty at first.
-
-        Args:
-            now: Time on a monotonic clock [s].
-        """
+        """Remaining time at the speed so far, which is not real time for a simulated arm; empty at first."""
         self._since = self._since or (now if self._played else 0.0)
         if not self._played or now - self._since < SEEN:
             return ""

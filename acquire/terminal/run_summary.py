@@ -50,10 +50,7 @@ def require_attended(simulated: bool, yes: bool) -> None:
 
 
 def confirm_reading(risk: str) -> None:
-    """Return if reading the controller cannot affect the arm, or if a person confirmed it.
-
-    Args:
-        risk: What reading may do to the arm; empty for nothing.
+    """Return if a person confirmed the risk of reading, what it may do to the arm; there may be none.
 
     Raises:
         NotConfirmed: If the answer is not "yes", or there is no terminal.
@@ -64,12 +61,7 @@ def confirm_reading(risk: str) -> None:
 
 
 def confirm(simulated: bool, yes: bool, advice: str = BEGIN_SLOWLY) -> None:
-    """Return if a person confirmed the motion, or if the arm is simulated.
-
-    Args:
-        simulated: Whether the arm is simulated.
-        yes: Whether --yes is set.
-        advice: How to begin, printed after "keep a hand on it".
+    """Return if a person or --yes confirmed the motion, or if the arm is simulated.
 
     Raises:
         NotAllowed: See `require_attended`.

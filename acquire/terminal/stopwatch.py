@@ -58,9 +58,6 @@ class Stopwatch:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
         """Remove the line, before results are printed."""
         self._over.set()
         if self._thread is not None:
@@ -73,8 +70,11 @@ class Stopwatch:
         if self._thread is None:
             since = f"{time.perf_counter() - self._start:6.1f} s  "
             print("\n".join(paragraph(sentence, " " * len(since), since)), file=sys.stderr, flush=True)
-        if isinstance(sentence, StageText) and sentence.stage in self._shares:
-            self.enter(sentence.stage)
+        stage = sentence.stage if isinstance(sentence, StageText) else self._stage
+        if stage in self._shares and stage != self._stage:
+            names = list(self._shares)
+            self._before = sum(self._shares[name] for name in names[: names.index(stage)])
+            self._stage, self._entered = stage, time.perf_counter()
 
     def over(self, items: Sequence[T] | np.ndarray) -> Iterator[T]:
         """Iterate over items that take equal times."""
@@ -83,13 +83,6 @@ class Stopwatch:
             if place:
                 self._seconds = (time.perf_counter() - began) * len(items) / place
             yield item
-
-    def enter(self, stage: str) -> None:
-        """Enter a stage without a sentence."""
-        if stage != self._stage:
-            names = list(self._shares)
-            self._before = sum(self._shares[name] for name in names[: names.index(stage)])
-            self._stage, self._entered = stage, time.perf_counter()
 
     def time_left(self, now: float) -> tuple[float, float]:
         """Share of the work that is done [-], and the remaining time [s], NaN while it is unknown."""

@@ -72,16 +72,7 @@ def table_lines(
     events: Sequence[str],
     external: External | None = None,
 ) -> list[str]:
-    """Lines of the table that is redrawn for each reading.
-
-    Args:
-        reading: Latest reading.
-        units: Units of the joints.
-        info: Metadata of the driver.
-        seconds: Time since the first reading [s].
-        events: Messages so far.
-        external: External torques, if requested.
-    """
+    """Lines of the table that is redrawn for each reading, seconds [s] after the first, with all events."""
     signals = [name for name in SHOWN if name in info.signals]
     columns = {} if external is None else external.columns()
     head = ["joint", "position", "", "limits", *(SHOWN[name][0] for name in signals), *columns, "state"]
@@ -168,11 +159,7 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, external: Ext
 
 
 class Redraw:
-    """Draws lines over the lines that it drew before.
-
-    Args:
-        terminal: Stream to draw on.
-    """
+    """Draws lines over the lines that it drew before."""
 
     def __init__(self, terminal: TextIO) -> None:
         self._terminal, self._drawn = terminal, 0

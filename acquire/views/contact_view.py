@@ -1,5 +1,6 @@
-"""View of contact: external torques with their thresholds, and the arm with the force on its flange."""
+"""View of contact: external torques with thresholds, and the force on the arm; also live, as a process."""
 
+import sys
 from collections.abc import Callable
 from typing import Literal
 
@@ -11,7 +12,8 @@ from exidyn.identification.arm.newton_euler import flange_position
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.model import Model
 
-from ..run.contact_frames import ContactRows
+from ..run.frames import EVENT, HEAD, SAMPLE, ContactHead, ContactRows, Event, read_event
+from .live_log import live_plot
 from .parts import (
     ARM,
     COLORS,
@@ -31,6 +33,7 @@ from .parts import (
     send,
     style_lines,
 )
+from .view_process import show_frames
 from .viewers import View
 
 EXTERNAL, FORCE, EVENTS = "external torque", "force", "contacts"
@@ -86,10 +89,7 @@ def contact_layout(
 class ContactLog:
     """Logs external torques, the moving arm and the force on its flange, in pieces of any length.
 
-    Args:
-        stream: Stream of the view.
-        model: Model of the arm.
-        largest: Force whose arrow has the length `LONGEST` until a larger one comes [N].
+    The arrow of the `largest` force [N] has the length `LONGEST` until a larger one comes.
     """
 
     def __init__(self, stream: rr.RecordingStream, model: Model, largest: float = 0.0) -> None:
@@ -140,3 +140,36 @@ class ContactLog:
 def weight(model: Model) -> float:
     """Weight of the links by their nominal masses [N]."""
     return GRAVITY * float(sum(link.mass for link in model.robot.kinematics.inertias))
+
+
+class ContactFrames:
+    """Logs the frames of an arm that is watched, in batches."""
+
+    def __init__(self, stream: rr.RecordingStream) -> None:
+        self._stream = stream
+        self._log: ContactLog | None = None
+        self._samples: list[bytes] = []
+        self._events: list[Event] = []
+
+    def take(self, kind: bytes, body: bytes) -> None:
+        if kind == HEAD:
+            head = ContactHead.read(body)
+            self._log = ContactLog(self._stream, head.model, LEAST * weight(head.model))
+            layout = contact_layout(head.model, head.unit, head.force, True, live_plot, "following")
+            self._stream.send_blueprint(layout)
+        elif kind == SAMPLE:
+            self._samples.append(body)
+        elif kind == EVENT:
+            self._events.append(read_event(body))
+
+    def draw(self, last: bool) -> None:
+        """Log what was taken since the last batch."""
+        if self._log is not None and self._samples:
+            self._log.add(ContactRows.read(self._samples))
+        for event in self._events:
+            log_event(self._stream, [EVENTS], 1e-9 * event.controller_time, event.kind, event.text)
+        self._samples, self._events = [], []
+
+
+if __name__ == "__main__":
+    sys.exit(show_frames(sys.argv[1:], ContactFrames))

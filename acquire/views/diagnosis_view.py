@@ -8,12 +8,12 @@ from exidyn.identification.arm.newton_euler import link_frames
 from exidyn.identification.diagnosis import Diagnosis
 from exidyn.identification.diagnosis.findings.evidence import Trace
 from exidyn.identification.diagnosis.findings.quantities import SLIDING, TURNING
+from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.text import section_markdown
 from exidyn.identification.model import Model
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
 from exidyn.identification.pages.shown import Shown
 
-from ..files.given_runs import role_words
 from .parts import (
     GRAY,
     TIMELINE,
@@ -99,7 +99,7 @@ def _tab(diagnosis: Diagnosis, model: Model, trace: Trace, all_suspects: list[Su
             origin=_entity(trace, "moments"), name="moments: click a time to go there", columns=COLUMNS
         )
         beside = rrb.Vertical(arm, times, row_shares=[3, 2])
-    role = role_words(trace.role)
+    role = "held out" if trace.role == HELD_OUT else trace.role
     name = f"{trace.name} ({role})" if role else trace.name
     return rrb.Horizontal(rrb.Vertical(*views), beside, column_shares=[3, 2], name=name)
 
@@ -118,15 +118,16 @@ def _log_run(
 ) -> None:
     """Log residuals, findings and the arm of a run."""
     colors = joint_colors(model.robot.dof)
+    scale = shown.diagnosis.noise if shown.diagnosis.noise_measured_at_rest else 1.0
     for stage in ("before", "after"):
-        residual = getattr(trace, stage) / (shown.noise if shown.over_noise else 1.0)
+        residual = getattr(trace, stage) / scale
         rms = windowed_rms(trace.time, residual, trace.weight)
         path = _entity(trace, "residuals", stage)
         log_lines(stream, path, shown.diagnosis.joints, colors, trace.time, rms, 1.2)
     Arm(stream, model, arm_name(trace.name)).move(trace.time, trace.position)
     for suspect in all_suspects:
         _log_residual(stream, trace, suspect, shown.noise_of(suspect.joint))
-        _log_moments(stream, shown, model, trace, suspect)
+        _log_moments(stream, shown.diagnosis, model, trace, suspect)
 
 
 def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, noise: float | None) -> None:
@@ -146,11 +147,11 @@ def _log_residual(stream: rr.RecordingStream, trace: Trace, suspect: Suspect, no
 
 
 def _log_moments(
-    stream: rr.RecordingStream, shown: Shown, model: Model, trace: Trace, suspect: Suspect
+    stream: rr.RecordingStream, diagnosis: Diagnosis, model: Model, trace: Trace, suspect: Suspect
 ) -> None:
     """Log the moments of a finding: a bar below its residual, rows of text, and a ball on the joint."""
-    moments = suspect.moments(trace, shown.noise)
-    noise = 0.0 if shown.over_noise else float(shown.noise[suspect.joint])
+    moments = suspect.moments(trace, diagnosis.noise)
+    noise = 0.0 if diagnosis.noise_measured_at_rest else float(diagnosis.noise[suspect.joint])
     ball, radius = _log_ball(stream, model, trace, suspect)
     _resize(stream, ball, float(trace.time[0]), 0.0)
     for moment in moments:

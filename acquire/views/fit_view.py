@@ -32,7 +32,10 @@ def fit_view(fit: Fit) -> View:
         sections = {section.anchor: section_markdown(section) for section in fit_sections(fit)}
         log_markdown(stream, "verdict", sections["verdict"])
         log_markdown(stream, "parameters/table", f"{sections['gains']}\n\n{sections['parameters']}")
-        stream.log("parameters/interval", _interval_bars(fit), static=True)
+        # Half-width of each 95 % interval in percent of the value, in the order of the table.
+        size = np.maximum(np.abs(fit.estimate.values), np.finfo(float).tiny)
+        halves = np.minimum(100.0 * NORMAL_95 * fit.estimate.std / size, CAPPED)
+        stream.log("parameters/interval", rr.BarChart(halves), static=True)
         for run in runs:
             _log_run(stream, fit.model.robot, run)
             if run.position is not None:
@@ -82,9 +85,3 @@ def _log_run(stream: rr.RecordingStream, robot: Robot, run: Agreement) -> None:
             log_lines(stream, path, [name], [tuple(color)], run.time, values, width)
     ratio = run.residual / run.noise
     log_lines(stream, _entity(run, "over_noise"), robot.joints, joint_colors(robot.dof), run.time, ratio)
-
-
-def _interval_bars(fit: Fit) -> rr.BarChart:
-    """Half-width of each 95 % interval in percent of the value, in the order of the table."""
-    size = np.maximum(np.abs(fit.estimate.values), np.finfo(float).tiny)
-    return rr.BarChart(np.minimum(100.0 * NORMAL_95 * fit.estimate.std / size, CAPPED))

@@ -82,24 +82,18 @@ class LiveLog:
         self._send("position/commanded", time, command)
         self._send("tracking_error", time, 1e3 * (command - position))
         self._send(f"{self._effort}/measured", time, current if self._effort == "current" else torque)
-        self._send_limits(time[[0, -1]])
-        self._send_lateness(cycles, time)
-        clock = 1e-9 * np.array([cycle.controller_time for cycle in cycles])
-        self._send_residual(Samples(time, clock, position, joint_torque(self._model, current, torque)))
-        self._move_arm(time, position)
-
-    def _send_limits(self, ends: np.ndarray) -> None:
-        if ends[1] >= self._last_limits + LIMITS:
-            self._last_limits = ends[1]
+        if time[-1] >= self._last_limits + LIMITS:
+            self._last_limits = time[-1]
             for quantity, limits in self._limits.items():
-                self._send(f"{quantity}/limit", ends, np.tile(limits.values, (2, 1)))
-
-    def _send_lateness(self, cycles: Sequence[Cycle], time: np.ndarray) -> None:
+                self._send(f"{quantity}/limit", time[[0, -1]], np.tile(limits.values, (2, 1)))
         self._send("lateness/late", time, 1e3 * np.array([cycle.lateness for cycle in cycles]))
         skipped = np.array([cycle.skipped for cycle in cycles])
         where = skipped > 0
         if where.any():
             self._send("lateness/skipped", time[where], 1e3 * self._cycle * skipped[where])
+        clock = 1e-9 * np.array([cycle.controller_time for cycle in cycles])
+        self._send_residual(Samples(time, clock, position, joint_torque(self._model, current, torque)))
+        self._move_arm(time, position)
 
     def _send_residual(self, samples: Samples) -> None:
         torques = self._residual.add(samples)

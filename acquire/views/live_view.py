@@ -20,7 +20,7 @@ LOCAL, PORT = "127.0.0.1", 9090
 """Default address, which only this machine can reach, and default port."""
 LAST_PORT = 65535
 """Highest port; it cannot serve a page, since the data come from the next port."""
-PROCESS, CONTACT_PROCESS = (f"exidyn.acquire.views.{name}" for name in ("view_process", "contact_process"))
+PROCESS, CONTACT_PROCESS = (f"exidyn.acquire.views.{name}" for name in ("view_process", "contact_view"))
 """Modules of the processes that show a run, and external torques."""
 SERVE = Option(
     "--serve [ADDRESS:PORT]",
@@ -111,11 +111,7 @@ class Targets:
 
 
 def start_view(targets: Targets, process: str = PROCESS) -> "list[LiveView]":
-    """Start the view of a run and print its address; returns an empty list if there is no target.
-
-    Args:
-        targets: Targets of the view.
-        process: Module of the process that shows the frames.
+    """Start the view of a run by a module, and print its address; returns an empty list without a target.
 
     Raises:
         CannotShow: See `require_showable`.

@@ -55,11 +55,7 @@ class Torques(NamedTuple):
 
 
 class LiveResidual:
-    """Computes residuals of a model from samples one cycle [s] apart, added in pieces of any length.
-
-    Attributes:
-        delay: Age of the latest torques when their last sample is added [s].
-    """
+    """Computes residuals of a model from samples one cycle [s] apart, added in pieces of any length."""
 
     def __init__(self, model: Model, cycle: float, payload: KnownPayload | None = None) -> None:
         self._model = with_body(model, payload)
@@ -68,7 +64,7 @@ class LiveResidual:
         self._memory: list[Any] = [None] * len(self._model.effects)
         self._middle, average = (max(round(0.5 * t / cycle), MIN_SAMPLES // 2) for t in (WINDOW, AVERAGE))
         self._cycle, self._half = cycle, self._middle * cycle
-        self.delay = (self._middle + average) * cycle
+        self.delay = (self._middle + average) * cycle  # age of the latest torques [s]
         self._fitted = _Windows(2 * self._middle + 1, 1)
         self._averaged = _Windows(2 * average + 1, max(round(1.0 / (RATE * cycle)), 1))
 

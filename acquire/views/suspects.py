@@ -95,12 +95,9 @@ def suspects(shown: Shown) -> list[Suspect]:
 
 
 def windowed_rms(time: np.ndarray, over_noise: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """RMS of torques over the noise floor in a window around each row, shape (r, n); NaN without weight.
+    """RMS of torques over the noise floor (r, n) in a window around each row; NaN without weight.
 
-    Args:
-        time: Times of the rows, shape (r,) [s].
-        over_noise: Torques over the noise floor, shape (r, n) [-].
-        weight: 0 where a joint sticks, else 1, shape (r, n).
+    The weight (r, n) is 0 where a joint sticks, else 1.
     """
     sums, counts = (_windowed_mean(time, values) for values in (weight * over_noise**2, weight))
     positive = counts > 1e-9  # above rounding errors
@@ -115,12 +112,7 @@ def _windowed_mean(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def moments(time: np.ndarray, over_noise: np.ndarray) -> list[Moment]:
-    """The strongest moments of a torque, in order of time.
-
-    Args:
-        time: Times of the rows, shape (r,) [s].
-        over_noise: Torque over the noise floor, shape (r,) [-]; zero where it does not count.
-    """
+    """The strongest moments of a torque over noise (r,), 0 where it does not count, in order of time."""
     power = over_noise**2
     if len(time) < 2 or not np.any(power > 0.0):
         return []

@@ -11,10 +11,9 @@ from ..fit.fit import Fit
 from ..fit.identification import of_this_arm
 from ..preparation.even import Even
 from ..recordings.recording import Recording
-from .alarms import Alarm, Alarms
-from .bandwidth import BANDWIDTH
+from . import BANDWIDTH
 from .observer import AHEAD, Estimates, Observer
-from .threshold import Threshold
+from .threshold import Alarm, Alarms, Threshold
 from .wrench import flange_wrenches
 
 if TYPE_CHECKING:

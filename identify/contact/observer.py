@@ -21,12 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics.dynamics import Dynamics
-from ..dynamics.traced import compiled, writable
+from ..dynamics.program import compiled, fitted_dynamics
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, NotRecorded, WrongShape
 from ..fit.fit import Fit
-from .bandwidth import BANDWIDTH
+from . import BANDWIDTH
 
 AHEAD = 4.0
 """Poles of the low-pass before the observer, over its bandwidth [-]: each delays by a quarter of the time
@@ -64,18 +63,12 @@ class Observer:
     """
 
     def __init__(self, fit: Fit, payload: str = "", bandwidth: float = BANDWIDTH) -> None:
-        model = fit.model
-        if payload and payload not in model.payloads:
-            names = ", ".join(model.payloads) or "none"
-            raise FitError(f"{model.robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
+        self.dynamics = fitted_dynamics(fit, payload)
         if not bandwidth > 0.0:
             raise FitError(f"bandwidth of the observer is {bandwidth:g} Hz; it must be above 0")
-        values = np.zeros(len(model.names))
-        values[fit.base.kept] = fit.estimate.values
         self.fit, self.payload, self.bandwidth = fit, payload, bandwidth
-        self.dynamics = writable(Dynamics.of(model, values, payload))
-        self._functions = compiled(model.robot.dof, ("q", "dq", "temperature"), self._quantities)
-        self._gain = fit.estimate.gain if fit.measures == "current" else np.ones(model.robot.dof)
+        self._functions = compiled(self.dynamics.robot.dof, ("q", "dq", "temperature"), self._quantities)
+        self._gain = fit.estimate.gain if fit.measures == "current" else np.ones(fit.model.robot.dof)
         self.reset()
 
     def reset(self) -> None:
@@ -123,7 +116,9 @@ class Observer:
                 raise WrongShape(f"observer: {name} has shape {np.shape(part)}, expected {shape}")
         if self.dynamics.needs_temperature and temperature is None:
             raise NotRecorded("observer: friction of the fit depends on temperature, which is not given")
-        columns = np.concatenate([position, self._joint_torque(np.asarray(effort, float)), warmth], axis=1)
+        model = self.fit.model
+        torque = model.restored(self._gain * np.asarray(effort, float)) @ model.robot.coupling
+        columns = np.concatenate([position, torque, warmth], axis=1)
         middles = [self._middle_of(float(t), row) for t, row in zip(time, columns, strict=True)]
         usable = np.array([middle is not None for middle in middles], bool)
         state = np.full((len(time), 4 * shape[1]), np.nan)
@@ -134,11 +129,6 @@ class Observer:
         rows = zip(time, usable, momentum, torque + rate, strict=True)
         residual = np.array([self._residual_at(*row) for row in rows])
         return Estimates(np.asarray(time, float), residual.reshape(shape), q, dq, load)
-
-    def _joint_torque(self, effort: np.ndarray) -> np.ndarray:
-        """Joint torque of measured efforts (t, n), same shape [N m]."""
-        model = self.fit.model
-        return np.asarray(model.restored(self._gain * effort) @ model.robot.coupling)
 
     def _middle_of(self, time: float, row: np.ndarray) -> np.ndarray | None:
         """Low-passed position, velocity, torque and temperature between this sample and the last, (4 n,)."""

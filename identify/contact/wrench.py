@@ -31,7 +31,10 @@ def flange_wrenches(robot: Robot, position: np.ndarray, torque: np.ndarray, scal
         scale: Standard deviations of the torques, shape (t, n) [N m].
     """
     data, wrenches = robot.kinematics.createData(), np.full((len(torque), 6), np.nan)
-    lever = LEVER * _length(robot)
+    places = [*robot.kinematics.jointPlacements, robot.flange]
+    # Sum of the distances from joint to joint and to the flange [m]; 1 if all of them are zero.
+    length = float(sum(np.linalg.norm(place.translation) for place in places)) or 1.0
+    lever = LEVER * length
     for row in np.flatnonzero(np.all(np.isfinite(torque) & np.isfinite(scale), axis=1)):
         jacobian = flange_jacobian(robot, data, position[row])
         wrenches[row] = damped_wrench(jacobian, torque[row], scale[row], lever)
@@ -47,12 +50,6 @@ def flange_jacobian(robot: Robot, data: pin.Data, position: np.ndarray) -> np.nd
     lever = data.oMi[last].rotation @ robot.flange.translation
     moved = jacobian[:3] + np.cross(jacobian[3:].T, lever).T
     return np.concatenate([moved, jacobian[3:]])
-
-
-def _length(robot: Robot) -> float:
-    """Sum of the distances from joint to joint and to the flange [m]; 1 if all of them are zero."""
-    places = [*robot.kinematics.jointPlacements, robot.flange]
-    return float(sum(np.linalg.norm(place.translation) for place in places)) or 1.0
 
 
 def damped_wrench(jacobian: np.ndarray, torque: np.ndarray, scale: np.ndarray, lever: float) -> np.ndarray:

@@ -57,13 +57,6 @@ class Table(NamedTuple):
     head: Sequence[str]  # titles of the columns
     rows: Sequence[Row]  # rows of cells; a row of one cell is a heading within the table
     words: Sequence[int] = ()  # indices of columns of words besides the first; all others hold numbers
-    first: int = 0  # number of rows to show in text and Markdown; 0 for all
-
-    @property
-    def more(self) -> str:
-        """Line below a table that is shown only in part; empty if it is shown in full."""
-        hidden = len(self.rows) - self.first if self.first else 0
-        return f"and {hidden} more in the report" if hidden > 0 else ""
 
     def only(self, *columns: int) -> "Table":
         """The table with these columns; headings within it stay."""

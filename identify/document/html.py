@@ -31,12 +31,7 @@ MINUS = "\N{MINUS SIGN}"
 
 
 def html(document: Document, style: str = "") -> str:
-    """The HTML page of a document.
-
-    Args:
-        document: Content of the page.
-        style: Additional CSS.
-    """
+    """The HTML page of a document, with additional CSS."""
     page = TEMPLATES.get_template("page.html").render(
         document=document,
         sections=[section for section in document.sections if section.blocks],

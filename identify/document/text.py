@@ -113,24 +113,22 @@ def _has_text(written: Sequence[tuple[Block, list[str]]]) -> bool:
     return False
 
 
-def shortened(block: Table) -> Table:
-    """The first rows of a table, without columns with drawings."""
-    if block.first:
-        block = block._replace(rows=block.rows[: block.first])
+def without_drawings(block: Table) -> Table:
+    """The table without columns with drawings."""
     drawn = {column for row in block.rows for column, cell in enumerate(row) if isinstance(cell, Picture)}
     return block.only(*(column for column in range(len(block.head)) if column not in drawn))
 
 
 def _table_lines(block: Table) -> list[str]:
     """Lines of a table, with numbers aligned at their decimal points."""
-    more, block = block.more, shortened(block)
+    block = without_drawings(block)
     if not block.rows:
         return []
     full_rows = [row for row in block.rows if len(row) == len(block.head)]
     columns = [_aligned([row[column] for row in full_rows]) for column in range(len(block.head))]
     cells = iter(zip(*columns, strict=True))
     rows = [list(next(cells)) if len(row) == len(block.head) else [str(row[0])] for row in block.rows]
-    return table(block.head, rows, left=[0, *block.words]) + ([more] if more else [])
+    return table(block.head, rows, left=[0, *block.words])
 
 
 def _aligned(cells: list[Cell]) -> list[str]:
@@ -167,11 +165,10 @@ def _block(block: Block) -> str:
 
 
 def _table(block: Table) -> str:
-    more, block = block.more, shortened(block)
+    block = without_drawings(block)
     rule = "---|" * len(block.head)
     rows = [[f"**{row[0]}**", *[""] * (len(block.head) - 1)] if len(row) == 1 else row for row in block.rows]
-    footer = ["", more] if more else []
-    return "\n".join([_row(block.head), f"|{rule}", *map(_row, rows), *footer]) if rows else ""
+    return "\n".join([_row(block.head), f"|{rule}", *map(_row, rows)]) if rows else ""
 
 
 def _row(cells: Sequence[object]) -> str:

@@ -12,8 +12,7 @@ from ..arm.robot import Robot
 from ..effects import Effect
 from ..effects.joint_state import JointState, Scalar
 from ..model import Model
-from .recursion import Body, Momentum, link_momentum, link_torque
-from .vectors import Axis
+from .recursion import Axis, Body, Momentum, link_momentum, link_torque
 
 Pair = tuple[Effect, np.ndarray]
 """An effect and its parameters (p,)."""

@@ -66,14 +66,9 @@ class Symbol(NDArrayOperatorsMixin):
         name = OPERATIONS.get(function)
         if name is None or method != "__call__" or options or any(np.ndim(i) for i in inputs):
             return NotImplemented
-        return _applied(self.tape, name, inputs)
-
-
-def _applied(tape: Tape, name: str, inputs: Sequence[Any]) -> Any:
-    """Result of an operation, simplified if an input is 0 or 1."""
-    arguments = [i.index if isinstance(i, Symbol) else float(i) for i in inputs]
-    simple = _simplified(tape, name, arguments)
-    return tape.record(name, *arguments) if simple is None else simple
+        arguments = [i.index if isinstance(i, Symbol) else float(i) for i in inputs]
+        simple = _simplified(self.tape, name, arguments)
+        return self.tape.record(name, *arguments) if simple is None else simple
 
 
 def _simplified(tape: Tape, name: str, arguments: Sequence[Any]) -> Any:

@@ -14,19 +14,21 @@ stays below the dry friction that holds the joint at rest.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..arm.robot import Robot
 from ..arm.servo_law import ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
-from ..dynamics.traced import writable
+from ..dynamics.program import fitted_dynamics
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, WrongShape
 from ..export.left_out import effect_sentences
+from ..fit.base_parameters import rich_motion
 from ..fit.fit import Fit
 from ..measurements import measurement_name
+from ..model import Model
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -166,19 +168,13 @@ def make_feedforward(
     Raises:
         FitError: The fit has no such payload, or band or share are out of range.
     """
-    model, robot = fit.model, fit.model.robot
-    if payload and payload not in model.payloads:
-        names = ", ".join(model.payloads) or "none"
-        raise FitError(f"{robot.name}: no payload '{payload}'. Payloads of the fit: {names}")
+    dynamics = fitted_dynamics(fit, payload)
     if not 0.0 <= share < 1.0:
         raise FitError(
             f"share of friction is {100 * share:g} %; it must be at least 0 and below 100 %, since full "
             "compensation could drive a joint"
         )
-    values = np.zeros(len(model.names))
-    values[fit.base.kept] = fit.estimate.values
-    dynamics = writable(Dynamics.of(model, values, payload))
-    band = np.zeros(robot.dof) + (fit.standstill if band is None else band)
+    band = np.zeros(dynamics.robot.dof) + (fit.standstill if band is None else band)
     if not np.all(band > 0.0):
         raise FitError(f"band of velocity is {band.min():g} rad/s; it must be above 0")
     return Feedforward(
@@ -224,3 +220,35 @@ def _servo(fit: Fit) -> ServoLaw | None:
     gain = np.abs(fit.estimate.gain)
     none = np.zeros(len(gain))
     return ServoLaw.of(gain * servo.gain, none, gain * servo.limit, none)
+
+
+REFERENCE = 25.0
+"""Temperature at which friction that depends on it is summarized [degC]."""
+
+ROUNDING = 1e-12
+"""Share of the largest torque below which a torque is a rounding error, as that of a vertical axis."""
+
+
+class Summary(NamedTuple):
+    """Torques of each joint, each of shape (n,)."""
+
+    gravity: np.ndarray  # largest holding torque over poses within the position limits [N m]
+    friction: np.ndarray  # friction at twice the band of velocity, at rest of the other joints [N m]
+    compensated: np.ndarray  # part of that friction that is compensated [N m]
+    # Largest position offset of the servos over the same poses [rad]; None without servos.
+    offset: np.ndarray | None
+
+
+def summary(feedforward: Feedforward) -> Summary:
+    """Summary over random poses within the position limits."""
+    poses = rich_motion(Model(feedforward.robot, ())).position
+    warm = np.full_like(poses, REFERENCE)
+    speed = np.broadcast_to(2.0 * feedforward.band, poses.shape)
+    gravity = np.abs(feedforward.gravity(poses, warm)).max(axis=0)
+    gravity = np.where(gravity > ROUNDING * gravity.max(), gravity, 0.0)
+    friction = np.abs(feedforward.friction(poses, speed, warm)).max(axis=0)
+    compensated = np.abs(feedforward.friction_compensation(poses, speed, warm)).max(axis=0)
+    offset = None
+    if feedforward.servo is not None:
+        offset = np.abs(feedforward.position_offset(poses, warm)).max(axis=0)
+    return Summary(gravity, friction, compensated, offset)

@@ -6,8 +6,7 @@ from typing import NamedTuple
 from exidyn import __version__
 
 from ..dynamics.dynamics import Dynamics
-from ..dynamics.program import Language, Lines, written
-from ..dynamics.traced import traced_state
+from ..dynamics.program import Language, Lines, traced_state, written
 from ..text_table import paragraph
 from .feedforward import Feedforward
 

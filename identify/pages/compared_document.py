@@ -88,18 +88,6 @@ def _over(comparison: Comparison) -> np.ndarray:
     return comparison.effort.rms / comparison.effort.noise
 
 
-def _compared(comparison: Comparison) -> str:
-    """How the runs were aligned; adding zero avoids an offset of -0.0000."""
-    return (
-        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.filter_hz:.3g} Hz, "
-        f"{comparison.simulated} shifted by {round(comparison.offset, 4) + 0.0:.4f} s"
-    )
-
-
-def _sentence(warning: str) -> str:
-    return f"{warning[:1].upper()}{warning[1:]}."
-
-
 def verdict(comparison: Comparison) -> list[str]:
     """Sentences on the joints that differ most and on the limits of the comparison."""
     effort, over = comparison.effort, _over(comparison)
@@ -128,9 +116,11 @@ def verdict(comparison: Comparison) -> list[str]:
             f"noise, on {comparison.joints[most]}."
         ]
     lines.append(
-        f"{_compared(comparison)}. {effort.quantity.capitalize()} is compared only while the joint moves."
+        f"Compared over {comparison.duration:.1f} s behind a low-pass of {comparison.filter_hz:.3g} Hz, "
+        f"{comparison.simulated} shifted by {round(comparison.offset, 4) + 0.0:.4f} s. "  # 0.0, not -0.0
+        f"{effort.quantity.capitalize()} is compared only while the joint moves."
     )
-    return [*lines, *map(_sentence, comparison.warnings)]
+    return [*lines, *(f"{warning[:1].upper()}{warning[1:]}." for warning in comparison.warnings)]
 
 
 def _joint(comparison: Comparison, effort: Mismatch, joint: int) -> str:

@@ -3,16 +3,16 @@
 import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis
+from ..diagnosis.results.budget import LEAST, NOISE, OTHER
 from ..diagnosis.words.limits import warnings
 from ..diagnosis.words.measures import left_out_words
-from ..diagnosis.words.naming import capital
+from ..diagnosis.words.naming import capital, finding_names
 from ..diagnosis.words.verdict import verdict
 from ..document.document import Block, Cell, Document, Heading, Number, Paragraph, Section, Statements, Table
 from ..document.html import html
 from ..text_table import NORMAL_95, digits
-from .budget import budget_section
+from .diagnosis_plots import NOTE, every_joint, findings_blocks
 from .diagnosis_table import GAIN, findings_table, gain_title
-from .finding_plots import NOTE, every_joint, findings_blocks
 from .shown import Shown
 
 HELD_OUT = (
@@ -78,3 +78,42 @@ def _parameters(shown: Shown) -> list[Block]:
         return []
     table = Table(["parameter", "value", "± 95 %", "unit"], rows, words=(3,))
     return [table, *([Statements(reasons)] if reasons else []), Paragraph(HELD_OUT)]
+
+
+BUDGET, UNDECIDED = "Residual by cause", " (name undecided)"
+SHARES = (
+    "Percentages of the squared baseline residual of each joint in {}, from {:g} % on; root mean squares of "
+    "the residual. The baseline has no findings; its parameters and drive gains are fitted within their "
+    "tolerances."
+)
+UNRECORDED = "depends on no recorded quantity"
+CONTAINED = f' Sensor noise was not measured at rest: it is part of "{UNRECORDED}".'
+
+
+def budget_section(shown: Shown) -> Section:
+    """Empty for a diagnosis without a budget."""
+    diagnosis = shown.diagnosis
+    if (budget := diagnosis.budget) is None:
+        return Section("budget", BUDGET, ())
+    source = ", ".join(budget.held_out) or "blocks of the fitted runs that the others predict"
+    note = SHARES.format(source, 100.0 * LEAST) + ("" if diagnosis.noise_measured_at_rest else CONTAINED)
+    rows: list[list[Cell]] = []
+    for joint, (name, unit) in enumerate(zip(shown.names, diagnosis.torque_units, strict=True)):
+        before, after = (digits(rms[joint], 3) for rms in (budget.before_rms, budget.after_rms))
+        rows.append([f"{name}: baseline {before} {unit}, with findings {after} {unit}"])
+        shares = [(part, values[joint]) for part, values in _shares(diagnosis)]
+        rows += [[f"  {part}", Number(value, 3)] for part, value in shares if value >= 100.0 * LEAST]
+    table = Table(["residual", "%"], rows)
+    return Section("budget", BUDGET, [table, Paragraph(note)])
+
+
+def _shares(diagnosis: Diagnosis) -> list[tuple[str, np.ndarray]]:
+    """Names of all parts of the residual, and their percentages of each joint, shape (n,)."""
+    assert diagnosis.budget is not None
+    names, decided, parts = finding_names(diagnosis), len(diagnosis.findings), []
+    for share in diagnosis.budget.shares:
+        name = {NOISE: NOISE, OTHER: UNRECORDED}.get(share.kind, f"depends on {share.kind}")
+        if share.finding is not None:
+            name = names[share.finding] + (UNDECIDED if share.finding >= decided else "")
+        parts.append((name, share.percent))
+    return parts

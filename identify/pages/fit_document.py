@@ -1,7 +1,5 @@
 """Content of a fit page: verdict, gains, parameters, runs, friction, conditioning, structure, filters."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..document.document import (
@@ -252,25 +250,15 @@ def _structure(fit: Fit) -> list[Block]:
 
 
 def _shape(effect: Effect, model: Model) -> str:
-    """Nonlinear parameters of an effect, in words; empty without any."""
-    values = [
-        f"{name} {getattr(effect, name):.4g} {_shape_unit(effect, model, shape.unit)}"
-        for name, shape in effect.shapes().items()
-    ]
-    joints: Sequence[str] = [model.robot.joints[joint] for joint in _joints(effect, model)]
-    where = ", ".join(dict.fromkeys(joints)) or "arm"
+    """Nonlinear parameters of an effect and the joints on which it acts, in words; empty without any."""
+    robot = model.robot
+    joints = [joint for joint in effect.parameter_joints(robot) if joint is not None]
+    values = []
+    for name, shape in effect.shapes().items():
+        units = dict.fromkeys(robot.unit(joint, shape.unit) for joint in joints) or [shape.unit]
+        values.append(f"{name} {getattr(effect, name):.4g} {', '.join(units)}")
+    where = ", ".join(dict.fromkeys(robot.joints[joint] for joint in joints)) or "arm"
     return f"{name_of(effect).replace('_', ' ')} ({where}): {', '.join(values)}" if values else ""
-
-
-def _joints(effect: Effect, model: Model) -> list[int]:
-    """Joints on which an effect acts, from 0."""
-    return [joint for joint in effect.parameter_joints(model.robot) if joint is not None]
-
-
-def _shape_unit(effect: Effect, model: Model, turning: str) -> str:
-    """Unit of a shape on the joints of its effect; `turning` is the unit for revolute joints."""
-    units = dict.fromkeys(model.robot.unit(joint, turning) for joint in _joints(effect, model))
-    return ", ".join(units) or turning
 
 
 def _data(fit: Fit) -> list[Block]:

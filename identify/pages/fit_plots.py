@@ -127,19 +127,11 @@ def _friction_dots(fit: Fit, joint: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def friction_curve(fit: Fit, joint: int, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Friction torque of one joint that slides alone at constant velocity, and its standard deviation.
+    """Friction of one joint that slides alone at velocities (t,) [rad/s], and its deviation, each (t,) [N m].
 
     Friction is the difference between sliding and standing still, excluding the torque transmitted to the
     link. Offset, ripple and rotor inertia cancel in this difference. Dependences on other quantities are
     evaluated at the middle of the position range, the nominal load there, and `ROOM_TEMPERATURE`.
-
-    Args:
-        fit: Fit with friction effects.
-        joint: Index of the joint, from 0.
-        velocity: Joint velocities, shape (t,) [rad/s].
-
-    Returns:
-        Torque and standard deviation, each (t,) [N m].
     """
     gears = replace(fit.model, effects=tuple(e for e in fit.model.effects if not e.transmitted), stated={})
     names = [fit.base.parameters[column].name for column in fit.base.kept]

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.robot import Robot
 from ..diagnosis.words.naming import joined
 from ..document.document import (
     Block,
@@ -56,6 +55,11 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
         ("Validation runs", ", ".join(run.name for run in gap.runs)),
         ("Starts", f"{len(gap.original.ends)} instants at which the simulation is set to the recorded state"),
     ]
+    plots = [
+        Figure(name, gap.runs[0].name, _trace_plot(gap, joint, units[joint]))
+        for joint, name in enumerate(gap.diagnosis.joints)
+        if robot
+    ]
     said, answers = Statements(verdict(gap, written), "verdict"), _answers(gap)
     sections = [
         Section("verdict", "Verdict", [said]),
@@ -65,7 +69,7 @@ def gap_document(gap: Gap, written: Written = NOTHING) -> Document:
         Section("numbers", "Changed numbers of the file", changed_numbers(gap)),
         Section("stages", "Gain by stage", [_stages(gap), *_reasons(gap)]),
         Section("joints", "Joint errors, root mean square", [_joints(gap, units)]),
-        Section("runs", "Whole runs", [Grid(_plots(gap, robot))] if robot else [], detail=True),
+        Section("runs", "Whole runs", [Grid(plots)] if plots else [], detail=True),
         Section("beside", "Findings outside the file", [Statements(_beside(gap))] if _beside(gap) else []),
     ]
     title = f"{gap.diagnosis.name}: simulation versus real arm"
@@ -223,14 +227,6 @@ def _joints(gap: Gap, units: Sequence[str]) -> Table:
             cells += [Number(1e3 * float(before), 3), Number(1e3 * float(after), 3)]
         rows.append(cells)
     return Table(head, rows, words=(1,))
-
-
-def _plots(gap: Gap, robot: Robot) -> list[Figure]:
-    names, units = gap.diagnosis.joints, [MILLI[unit] for unit in robot.units("rad")]
-    return [
-        Figure(name, gap.runs[0].name, _trace_plot(gap, joint, units[joint]))
-        for joint, name in enumerate(names)
-    ]
 
 
 def _trace_plot(gap: Gap, joint: int, unit: str) -> str:

@@ -19,9 +19,8 @@ from ..document.document import (
     Table,
 )
 from ..notebook import counted
-from ..payload.body import MASS
+from ..payload.body import MASS, Interval
 from ..payload.formats import FORMATS
-from ..payload.intervals import Interval
 from ..payload.payload_estimate import (
     CENTER_NAMES,
     DESCRIPTION,

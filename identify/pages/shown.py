@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ..diagnosis.findings.diagnosis import Diagnosis
 from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.improved.improved import with_files
@@ -43,16 +41,7 @@ class Shown(NamedTuple):
         """Traces of the held-out runs; of all runs without any."""
         return tuple(trace for trace in self.traces if trace.role == "validate") or self.traces
 
-    @property
-    def noise(self) -> np.ndarray:
-        """Noise floor of each joint's torque behind the filter, shape (n,) [N m]."""
-        return self.diagnosis.noise
-
-    @property
-    def over_noise(self) -> bool:
-        """Whether noise was measured at rest, so that residuals are shown as multiples of it."""
-        return self.diagnosis.noise_measured_at_rest
-
     def noise_of(self, joint: int) -> float | None:
-        """Noise floor of a joint; None if it was not measured."""
-        return float(self.noise[joint]) if self.over_noise else None
+        """Noise floor of a joint's torque behind the filter [N m]; None if it was not measured at rest."""
+        diagnosis = self.diagnosis
+        return float(diagnosis.noise[joint]) if diagnosis.noise_measured_at_rest else None

@@ -53,11 +53,6 @@ class Posterior:
         """Ten parameters of the payload, shape (10,)."""
         return self.values[self.rows.payload]
 
-    @property
-    def payload_covariance(self) -> np.ndarray:
-        """Covariance of the ten parameters, shape (10, 10)."""
-        return self.covariance[self.rows.payload, self.rows.payload]
-
 
 def posterior(rows: Rows, known: Known) -> Posterior:
     """Gauss-Newton iteration from the prior mean, which estimates the noise of each joint again."""

@@ -151,15 +151,10 @@ def complete(
     stated: StatedCenter | None = None,
     scaled: bool = True,
 ) -> Known:
-    """Prior of all unknowns from that of arm and gains.
+    """Prior of all unknowns from that of arm and gains, mean and covariance.
 
-    Args:
-        rows: Equations.
-        arm: Mean and covariance of base parameters and relative gain errors.
-        values: Base parameters of the arm that give the size of changes, shape (b,).
-        gain: Drive gains, shape (n,).
-        stated: Known center of mass; None if it is unknown.
-        scaled: See `Known`.
+    The base parameters `values` (b,) of the arm and its drive gains (n,) give the size of changes. `stated`
+    is None if the center of mass is unknown; for `scaled` see `Known`.
     """
     mean, covariance = arm
     count, n, changes = rows.arm, len(gain), len(rows.changing)

@@ -7,9 +7,8 @@ import numpy as np
 from ..errors import FitError, UnknownKey
 from ..notebook import InNotebook
 from ..text_table import digits
-from .body import Body
+from .body import Body, Interval, Intervals
 from .formats import FORMATS, FRAMES, is_own_flange
-from .intervals import Interval, Intervals
 from .pose_check import Check
 
 FIT, DIFFERENCE, DESCRIPTION = "fit", "difference", "description"

@@ -58,14 +58,7 @@ class Check:
 
 
 def check_poses(rows: Rows, known: Known, position: np.ndarray, full: Posterior) -> Check:
-    """Predict two windows from all others.
-
-    Args:
-        rows: Equations of all runs.
-        known: Prior of the unknowns.
-        position: Joint positions at the rows, shape (r, n) [rad].
-        full: Estimate from all rows.
-    """
+    """Predict two windows from all others, from joint positions (r, n) [rad] and the estimate of all rows."""
     windows = _windows(rows)
     pair = _most_different(rows, full, windows)
     if pair is None:

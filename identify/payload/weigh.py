@@ -19,9 +19,8 @@ from ..progress import StageText
 from ..recordings.effort_checks import check_alive
 from ..recordings.recording import KnownPayload, Recording
 from ..recordings.recording_checks import check
-from .body import MASS, Body
+from .body import MASS, Body, consistent_body, intervals
 from .estimate import Posterior, posterior
-from .intervals import consistent_body, intervals
 from .known import BARE, Known, StatedCenter, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
@@ -167,7 +166,8 @@ def _result(
     warnings: Sequence[str],
     recordings: Sequence[Recording],
 ) -> PayloadEstimate:
-    estimate, covariance = result.payload, result.payload_covariance
+    estimate, columns = result.payload, result.rows.payload
+    covariance = result.covariance[columns, columns]
     parameters = consistent_body(estimate, covariance)
     body = Body.of(parameters)
     moved = parameters - estimate

@@ -27,20 +27,15 @@ class History:
         joints: Number of joints n.
         cycle: Sampling period [s].
         memory: Number of cycles within which a command may take effect.
-
-    Attributes:
-        sample: Last sample.
-        sent: Command sent in its cycle, or None.
-        last_command: Last command of all cycles; None before the first.
-        tracking_error: Distance of the measured position from all recent commands, since a delay of the drive
-            is not an error, shape (n,) [rad] or [m]; NaN without commands.
     """
 
-    sample: Sample
+    sample: Sample  # last sample
 
     def __init__(self, joints: int, cycle: float, memory: int) -> None:
-        self.sent: Command | None = None
-        self.last_command: Command | None = None
+        self.sent: Command | None = None  # command sent in the cycle of the last sample
+        self.last_command: Command | None = None  # last command of all cycles; None before the first
+        # Distance of the measured position from all recent commands, since a delay of the drive is not an
+        # error, shape (n,) [rad] or [m]; NaN without commands.
         self.tracking_error = self._unknown = np.full(joints, np.nan)
         self._commands, self._next_command = np.zeros((max(memory, 1), joints)), 0
         self._mean = max(round(MEAN / cycle), 1)
@@ -134,17 +129,12 @@ class History:
 
 
 class Excess:
-    """How long each joint has exceeded a limit without interruption; unknown values do not interrupt it.
-
-    Attributes:
-        count: Number of cycles beyond the limit, shape (n,).
-        since: Time of the first of them, shape (n,) [s].
-        counting: Whether any joint exceeds its limit.
-    """
+    """How long each joint has exceeded a limit without interruption; unknown values do not interrupt it."""
 
     def __init__(self, joints: int) -> None:
-        self.count, self.since = np.zeros(joints, int), np.zeros(joints)
-        self.counting = False
+        self.count = np.zeros(joints, int)  # number of cycles beyond the limit, shape (n,)
+        self.since = np.zeros(joints)  # time of the first of them, shape (n,) [s]
+        self.counting = False  # whether any joint exceeds its limit
 
     def add(self, value: np.ndarray, limit: np.ndarray, time: float, cycles: np.ndarray | int = 1) -> bool:
         """Add the values of a cycle, shape (n,); returns whether a joint exceeds its limit or did until now.

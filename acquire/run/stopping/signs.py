@@ -25,7 +25,7 @@ from .escalation import (
     stopping_distance,
 )
 from .history import Excess, History
-from .standstill import EMERGENCY, RESTING, Standstill, unknown_at_end
+from .stop import EMERGENCY, RESTING, Standstill, unknown_at_end
 from .watch import WatchLimits
 
 WINDOW = 0.05

@@ -72,15 +72,13 @@ class Watch:
         info: Metadata of the driver, with the cycle time.
         limits: Limits of the monitors.
         current: Maximum current, shape (n,) [A]; None for the current that makes the maximum torque.
-
-    Attributes:
-        history: Samples and commands so far.
     """
 
     def __init__(
         self, robot: Robot, info: Info, limits: WatchLimits, current: np.ndarray | None = None
     ) -> None:
-        # A command is seen in the next cycle's sample at the earliest, however long the cycle is.
+        # Samples and commands so far. A command is seen in the next cycle's sample at the earliest, however
+        # long the cycle is.
         self.history = History(robot.dof, info.cycle, max(round(limits.delay / info.cycle), 2))
         rules = joint_rules(robot, info.cycle, limits, current)
         self._monitors: tuple[Monitor, ...] = (

@@ -7,10 +7,9 @@ import numpy as np
 from common import show
 from scipy import stats
 
-from exidyn.identification.contact.alarms import Alarms
 from exidyn.identification.contact.contact import observed, wrenches
 from exidyn.identification.contact.observer import Estimates
-from exidyn.identification.contact.threshold import Threshold, block_maxima
+from exidyn.identification.contact.threshold import Alarms, Threshold, block_maxima
 from exidyn.identification.contact.wrench import flange_jacobian
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify

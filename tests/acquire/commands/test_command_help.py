@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from exidyn.acquire.arguments.exit_codes import MEANINGS, READER_LEFT
-from exidyn.acquire.command_line import COMMANDS, main
+from exidyn.acquire.arguments.parser import MEANINGS, READER_LEFT
+from exidyn.acquire.command_line import COMMANDS, SHELLS, main, parser_of_all
 from exidyn.acquire.commands import command
-from exidyn.acquire.completion import SHELLS, parser_of_all
 
 from ...parts.system_needs import BASH
 

@@ -9,7 +9,7 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import diagnose_command
-from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.result_files import write_diagnosis
 from exidyn.identification.diagnosis import Remainder
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
 from exidyn.identification.diagnosis.runs.usable import usable

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from exidyn.acquire.commands.view_command import view_of
 from exidyn.acquire.files.result_files import read_shown
-from exidyn.acquire.views.kinds import view_of
 from exidyn.identification.errors import NotAFile
 
 from ...parts.runs import parser_files

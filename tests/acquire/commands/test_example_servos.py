@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.examples.example_servos import CENTER, MASS, TERMS
+from exidyn.acquire.examples.example_files import CENTER, MASS, TERMS
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from exidyn.acquire.command_line import SHELLS
 from exidyn.acquire.commands import COMMANDS, command
-from exidyn.acquire.completion import SHELLS
 from exidyn.identification.diagnosis.candidates import KINDS
 from exidyn.identification.effects import EFFECTS
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exidyn.acquire.arguments.exit_codes import STOPPED, UNSAFE
+from exidyn.acquire.arguments.parser import STOPPED, UNSAFE
 from exidyn.acquire.arguments.run_options import check_duration
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.record_command import _clearances

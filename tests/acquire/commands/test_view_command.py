@@ -14,10 +14,9 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
-from exidyn.acquire.files.diagnosis_files import NAME, write_diagnosis
-from exidyn.acquire.files.result_files import read_shown
+from exidyn.acquire.commands.view_command import view_of
+from exidyn.acquire.files.result_files import NAME, read_shown, write_diagnosis
 from exidyn.acquire.views.diagnosis_view import BEFORE
-from exidyn.acquire.views.kinds import view_of
 from exidyn.acquire.views.parts import COLORS
 from exidyn.acquire.views.suspects import MAX_MOMENTS, moments, windowed_rms
 from exidyn.identification.fit.fit_file import read_fit, write_fit

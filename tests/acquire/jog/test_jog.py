@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 from exidyn.acquire.arguments import run_options
-from exidyn.acquire.arguments.exit_codes import DONE, WRONG
+from exidyn.acquire.arguments.parser import DONE, WRONG
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import jog_command
 from exidyn.acquire.jog.effort import flange_travel

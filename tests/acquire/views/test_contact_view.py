@@ -8,9 +8,9 @@ from exidyn.acquire.views.contact_view import EXTERNAL, FORCE, LONGEST, contact_
 from exidyn.acquire.views.live_view import Targets
 from exidyn.acquire.views.parts import ARM, reach
 from exidyn.identification.arm.newton_euler import flange_position
-from exidyn.identification.contact.alarms import Alarm
 from exidyn.identification.contact.contact import Contact
 from exidyn.identification.contact.observer import Estimates
+from exidyn.identification.contact.threshold import Alarm
 
 from ...parts.pages.rerun_viewer import numbers, numbers_nested, require_drawn, saved, seconds
 from ...parts.small import small_fit, two_joints

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.run.contact_frames import ContactRows
+from exidyn.acquire.run.frames import ContactRows
 from exidyn.acquire.terminal.live_contact import LiveContact
 from exidyn.acquire.views.contact_view import EVENTS, EXTERNAL, FORCE, LEAST, LONGEST, weight
 from exidyn.acquire.views.live_view import CONTACT_PROCESS, Targets, start_view

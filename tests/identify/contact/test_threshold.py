@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from exidyn.identification.contact.alarms import Alarms
 from exidyn.identification.contact.observer import Estimates
-from exidyn.identification.contact.threshold import Tail, Threshold, block_maxima
+from exidyn.identification.contact.threshold import Alarms, Tail, Threshold, block_maxima
 from exidyn.identification.errors import RecordingError
 
 SLOW = np.array([0.02, 0.02])

@@ -71,16 +71,6 @@ def test_text_and_markdown_have_every_number():
     assert "svg" not in written
 
 
-def test_short_pages_have_the_first_rows_of_a_long_table():
-    long = Table(["name"], [[f"row {place}"] for place in range(9)], first=4)
-    document = Document("t", "", [Section("s", "S", [long])])
-    for short in (text(document), section_markdown(document.sections[0])):
-        assert "row 3" in short
-        assert "row 4" not in short
-        assert "and 5 more in the report" in short
-    assert "row 8" in html(document)
-
-
 @pytest.mark.parametrize(
     ("share", "shown"),
     [

@@ -11,7 +11,7 @@ from exidyn.api import save_feedforward
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.dynamics.dynamics import Dynamics
-from exidyn.identification.dynamics.traced import writable
+from exidyn.identification.dynamics.program import writable
 from exidyn.identification.effects import EFFECTS, RigidBody
 from exidyn.identification.errors import FitError, WrongShape
 from exidyn.identification.feedforward.cpp_file import cpp_file

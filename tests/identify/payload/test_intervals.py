@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.payload.body import Body
-from exidyn.identification.payload.intervals import consistent_body, intervals
+from exidyn.identification.payload.body import Body, consistent_body, intervals
 
 from .arms import TOOL
 

@@ -10,8 +10,7 @@ from exidyn.identification.errors import FitError, RecordingError
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.pages.payload_document import payload_document, payload_table
-from exidyn.identification.payload.body import MASS, Body
-from exidyn.identification.payload.intervals import Interval
+from exidyn.identification.payload.body import MASS, Body, Interval
 from exidyn.identification.payload.payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from exidyn.identification.payload.weigh import weigh
 from exidyn.identification.text_table import digits

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from exidyn.acquire.arguments.run_options import read_controller
+from exidyn.acquire.commands.view_command import view_of
 from exidyn.acquire.files.result_files import read_shown
 from exidyn.acquire.run.arms import make_driver
 from exidyn.acquire.terminal.json_output import json_text
 from exidyn.acquire.terminal.recording_text import describe, recording_table
-from exidyn.acquire.views.kinds import view_of
 from exidyn.drivers.kuka_rsi.config import config_text, read_config, standard_config
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.recordings.importers import import_source

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.io
 from mcap.writer import CompressionType, Writer
 
-from exidyn.acquire.files.diagnosis_files import write_diagnosis
+from exidyn.acquire.files.result_files import write_diagnosis
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, package
 from exidyn.drivers.ur_rtde.session import MEASURED
 from exidyn.drivers.ur_rtde.state import FIELDS
