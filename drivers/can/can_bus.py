@@ -110,7 +110,7 @@ class CanBus:
         except Exception as error:  # each of python-can's back-ends has errors of its own
             self._claim.release()
             raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
-        self._transport = transport_of(self._bus, interface, channel, more)
+        self._transport = transport_of(self._bus, interface)
         self.clock = self._transport.clock = clock
         self.trouble = ""
         self.unreadable = 0
@@ -167,7 +167,6 @@ class CanBus:
     def shutdown(self) -> None:
         """Release the bus; never raises."""
         try:
-            self._transport.close()
             self._bus.shutdown()
         except Exception as error:  # errors of the back-end, of any type
             self._report(f"CAN bus could not be closed: {error}")
