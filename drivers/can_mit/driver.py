@@ -10,8 +10,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import LinkLost, NotReady
-from ..resting import Resting
-from ..values import Command
+from ..values import Command, Resting
 from .damiao import MotorData, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
 from .mit_motors import UNKNOWN, MotorRound, Request

@@ -10,8 +10,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
-from ..resting import Resting
-from ..values import Command
+from ..values import Command, Resting
 from . import cia402 as c
 from .frames import Frames
 from .network import DriveNetwork, SetUp

@@ -13,19 +13,11 @@ import numpy as np
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
 from ..host_clock import HostClock, Pause, require_patience
-from ..resting import COUNT, Resting
 from ..samples import HostSamples
-from ..values import Command, Sample
+from ..values import AGREEING, Command, Resting, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
 from .servo_bus import ServoBus, ServoTalk
-from .servo_line import (
-    RETURN_DELAY_UNIT,
-    Codec,
-    Reading,
-    Register,
-    Status,
-    Traffic,
-)
+from .servo_line import RETURN_DELAY_UNIT, Codec, Reading, Register, Status, Traffic
 from .servo_units import Goals, Measured, ServoUnits, explained
 
 BEFORE_RUN = 0.1
@@ -124,7 +116,7 @@ class ServoDriver(Driver):
         Raises NotReady if they do not agree: the servo would move to a wrong reading.
         """
         resting = Resting(self.arm.dof)
-        for _ in range(COUNT):
+        for _ in range(AGREEING):
             for joint, position in enumerate(self._units.position(self._read(bus, register)).tolist()):
                 resting.add(joint, position)
         unsure = [joint for joint in range(self.arm.dof) if not resting.known(joint)]
