@@ -15,9 +15,8 @@ from exidyn.identification.model import Model
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.text_table import digits, paragraph
-from exidyn.trajectories.plans.plan import robot_differences
+from exidyn.trajectories.plans.plan import file_warnings, robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.plans.plan_limits import file_warnings
 
 from ..arguments.command import (
     Command,
