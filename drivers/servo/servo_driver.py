@@ -17,8 +17,18 @@ from ..samples import HostSamples
 from ..values import AGREEING, Command, Resting, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
 from .servo_bus import ServoBus, ServoTalk
-from .servo_line import RETURN_DELAY_UNIT, Codec, Reading, Register, Status, Traffic
-from .servo_units import Goals, Measured, ServoUnits, explained
+from .servo_line import (
+    RETURN_DELAY_UNIT,
+    Codec,
+    Goals,
+    Measured,
+    Reading,
+    Register,
+    ServoUnits,
+    Status,
+    Traffic,
+    explained,
+)
 
 BEFORE_RUN = 0.1
 """Maximum time to wait for an answer before the run [s]."""
