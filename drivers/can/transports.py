@@ -15,13 +15,11 @@ import can
 from ..host_clock import HOST, Clock, Pause
 
 Frame = tuple[int, bytes]
-"""Identifier and data. Flags above the bits of the identifier mark every frame that is not a classic data
-frame with an 11-bit identifier."""
+"""Identifier and data."""
 
-EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
-"""Flags in an identifier: 29-bit identifier, remote frame, error frame (as in Linux, can.h)."""
-FD = 1 << 32
-"""Flag in an identifier: a frame of CAN FD."""
+OTHER, ERROR = 1 << 31, 1 << 29
+"""Flags in an identifier, above its bits: a frame other than a classic data frame with an 11-bit identifier,
+such as one with 29 bits, a remote frame, or one of CAN FD; and an error frame of the CAN controller."""
 STANDARD = 0x7FF
 """Largest identifier of 11 bits; with a flag the number is larger."""
 IDENTIFIER = 0x1FFFFFFF
@@ -33,7 +31,6 @@ class Transport(ABC):
 
     Attributes:
         pause: Pause of the host, checked right before sending; after a pause, no frame is sent.
-        clock: Clock of the host.
     """
 
     pause = Pause(float("inf"))
@@ -95,7 +92,16 @@ class PythonCanTransport(Transport):
         return not received.is_rx
 
 
-class SocketcanTransport(PythonCanTransport):
+class SocketTransport(PythonCanTransport):
+    """A bus with a socket, which is waited for here: python-can waits by the wall clock, which may be set."""
+
+    def receive(self, timeout: float) -> Frame | None:
+        if timeout > 0.0 and not self.clock.readable([self._bus.fileno()], timeout):
+            return None
+        return super().receive(0.0)
+
+
+class SocketcanTransport(SocketTransport):
     """SocketCAN, which returns no frame to its sender, and marks those of other programs on this computer."""
 
     def _is_own(self, received: can.Message, frame: Frame) -> bool:
@@ -106,17 +112,12 @@ REMEMBERED = 1000
 """Number of frames after which one that has not come back is forgotten, because it was lost."""
 
 
-class MulticastTransport(PythonCanTransport):
+class MulticastTransport(SocketTransport):
     """A bus without hardware in the host's network, which returns every frame to its sender, unmarked."""
 
     def __init__(self, bus: can.BusABC) -> None:
         super().__init__(bus)
         self._sent = deque[Frame](maxlen=REMEMBERED)  # those that have not come back
-
-    def receive(self, timeout: float) -> Frame | None:
-        if timeout > 0.0 and not self.clock.readable([self._bus.fileno()], timeout):
-            return None
-        return super().receive(0.0)
 
     def _send(self, frame: Frame, timeout: float) -> None:
         self._sent.append(frame)
@@ -131,23 +132,16 @@ class MulticastTransport(PythonCanTransport):
 
 def _flagged(received: can.Message) -> int:
     """Identifier of a message of python-can, with flags."""
-    return (
-        received.arbitration_id
-        | EXTENDED * received.is_extended_id
-        | REMOTE * received.is_remote_frame
-        | ERROR * received.is_error_frame
-        | FD * received.is_fd
-    )
+    other = received.is_extended_id or received.is_remote_frame or received.is_fd
+    return received.arbitration_id | OTHER * other | ERROR * received.is_error_frame
 
 
 READ = 4096
 """Maximum number of bytes read at once."""
 LONGEST_LINE = 1 << 16
 """Maximum length of a line [bytes]; longer input is discarded, because no adapter sends such a line."""
-KINDS = {
-    "t": (3, 0), "T": (8, EXTENDED), "x": (8, EXTENDED), "r": (3, REMOTE), "R": (8, EXTENDED | REMOTE),
-    "d": (3, FD), "b": (3, FD), "D": (8, EXTENDED | FD), "B": (8, EXTENDED | FD),
-}  # fmt: skip
+KINDS = {"t": (3, 0), "r": (3, OTHER), "d": (3, OTHER), "b": (3, OTHER)}
+KINDS |= {letter: (8, OTHER) for letter in "TxRDB"}
 """First letter of a line -> number of digits of the identifier, and its flags; other lines are replies."""
 
 

@@ -11,9 +11,7 @@ from can.interfaces.udp_multicast.utils import pack_message
 
 from exidyn.drivers.can.transports import (
     ERROR,
-    EXTENDED,
-    FD,
-    REMOTE,
+    OTHER,
     PythonCanTransport,
     SlcanTransport,
     transport_of,
@@ -90,10 +88,10 @@ def test_socketcan_frames_are_those_of_the_kernel(socketcan):
     ("kind", "flags"),
     [
         ({}, 0),
-        ({"is_extended_id": True}, EXTENDED),
-        ({"is_remote_frame": True}, REMOTE),
+        ({"is_extended_id": True}, OTHER),
+        ({"is_remote_frame": True}, OTHER),
         ({"is_error_frame": True}, ERROR),
-        ({"is_fd": True}, FD),
+        ({"is_fd": True}, OTHER),
     ],
 )
 def test_socketcan_frames_of_each_kind_are_known_by_their_flags(socketcan, kind, flags):
@@ -134,8 +132,8 @@ def test_many_lines_in_one_reading_and_lines_in_pieces(serial):
     transport, adapter = serial
     os.write(adapter, b"z\rt1812A1B2\rT00000123100\rr1230\r\at2")
     assert transport.receive(1.0) == (0x181, b"\xa1\xb2")
-    assert transport.receive(1.0) == (0x123 | EXTENDED, b"\x00")
-    assert transport.receive(1.0) == (0x123 | REMOTE, b"")
+    assert transport.receive(1.0) == (0x123 | OTHER, b"\x00")
+    assert transport.receive(1.0) == (0x123 | OTHER, b"")
     assert transport.receive(0.0) is None
     os.write(adapter, b"81111ABCD\r")  # the last four digits are a time stamp
     assert transport.receive(1.0) == (0x281, b"\x11")
@@ -171,7 +169,7 @@ def test_multicast_frames_are_those_of_python_can_both_ways(multicast):
     assert transport.receive(0.05) is None  # what it has sent itself
     for extended in (False, True):
         other.send(can.Message(arbitration_id=0x181, data=b"12", is_extended_id=extended))
-        assert transport.receive(1.0) == (0x181 | EXTENDED * extended, b"12")
+        assert transport.receive(1.0) == (0x181 | OTHER * extended, b"12")
 
 
 def test_the_same_frame_of_another_is_received(multicast):
@@ -230,7 +228,7 @@ def test_known_frames_differ_in_their_data_only(multicast):
     for flags in ({"is_extended_id": False}, {"is_extended_id": True}) * 2:
         for data in (b"12345678", b"\xa4data\xc4\x01x", b""):
             other.send(can.Message(arbitration_id=0x181, data=data, **flags))
-            assert transport.receive(1.0) == (0x181 | EXTENDED * flags["is_extended_id"], data)
+            assert transport.receive(1.0) == (0x181 | OTHER * flags["is_extended_id"], data)
 
 
 def test_a_serial_adapter_that_takes_nothing_is_an_error_and_no_line_is_sent_in_pieces(serial):
