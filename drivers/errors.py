@@ -1,14 +1,4 @@
-"""Errors of drivers; each message states a fact with its value, the limit, and what to try.
-
-DriverError
-├── UnknownDriver     a name that is not in the table
-├── BadDriver         a driver of an installed package that cannot be used
-├── MissingPackage    a package that only some drivers need is not installed
-├── BadSettings       settings that are missing, unknown or out of range, or too much for the bus
-├── NotReady          the controller answers but refuses to begin
-├── LinkLost          nothing comes back, or nothing readable
-└── Unreadable        a telegram with an impossible value
-"""
+"""Errors of drivers; each message states a fact with its value, the limit, and what to try."""
 
 import difflib
 from collections.abc import Iterable

@@ -97,11 +97,8 @@ some time before the pause, for example a heartbeat, which is sent eight times p
 class Pause:
     """Detects that the host has sent nothing for so long that drives stop by themselves.
 
-    The host was paused, suspended or too busy. The next command could switch the drives on again.
-
-    Args:
-        patience: Silence of the host after which drives stop by themselves [s].
-        clock: Clock of the host.
+    The host was paused, suspended or too busy. The next command could switch the drives on again. `patience`
+    is the silence after which they stop [s].
 
     Attributes:
         count: Number of such pauses.

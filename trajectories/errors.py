@@ -1,16 +1,4 @@
-"""The errors of `trajectories`. Each message states a fact, a value, a limit and what to try.
-
-ExidynError
-└── TrajectoryError        no trajectory meets the request
-    ├── BadLimits          limits are missing, or no arm can move within them
-    ├── Infeasible         no motion from this start, in this region, keeps to all limits
-    ├── NotContinuous      parts of a motion do not join
-    ├── NothingToIdentify  the model has no parameter that a motion could excite
-    ├── NotComparable      hypotheses cannot be compared
-    ├── NotATrajectory     the file is no trajectory file, or has another version
-    ├── OutsideTrajectory  a time is before the start or after the end
-    └── UnknownChoice      a criterion, family or format is unknown
-"""
+"""The errors of `trajectories`. Each message states a fact, a value, a limit and what to try."""
 
 import re
 from collections.abc import Iterable, Iterator

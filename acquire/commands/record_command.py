@@ -18,9 +18,8 @@ from exidyn.identification.robot_files.surroundings import read_surroundings
 from exidyn.identification.simulation.simulate import as_built
 from exidyn.identification.text_table import paragraph
 from exidyn.trajectories.clearances.clearance import Clearance
-from exidyn.trajectories.plans.plan import Plan
+from exidyn.trajectories.plans.plan import Plan, within
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
-from exidyn.trajectories.plans.plan_limits import within
 from exidyn.trajectories.plans.plan_summary import run_cost
 
 from ..arguments import options, run_options

@@ -8,10 +8,9 @@ from exidyn.identification.robot_files.surroundings import read_surroundings
 from exidyn.trajectories.clearances.clearance import Clearance, beyond_words, nearest_words
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.plans.exports import EXPORTS
-from exidyn.trajectories.plans.plan import Plan, fits
+from exidyn.trajectories.plans.plan import Plan, file_warnings, fits, within
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.plans.plan_limits import file_warnings, within
 from exidyn.trajectories.plans.plan_page import Around, plan_page
 from exidyn.trajectories.plans.plan_space import space_of
 from exidyn.trajectories.plans.plan_summary import plan_document

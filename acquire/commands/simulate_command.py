@@ -21,9 +21,8 @@ from exidyn.identification.recordings.recording import KnownPayload, Recording
 from exidyn.identification.robot_files.robot_file import model_text, read_model
 from exidyn.identification.simulation.comparison import Comparison, compare
 from exidyn.identification.text_table import digits, paragraph
-from exidyn.trajectories.plans.plan import robot_differences
+from exidyn.trajectories.plans.plan import file_warnings, robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.plans.plan_limits import file_warnings
 
 from ..arguments.command import (
     Command,

@@ -13,9 +13,16 @@ from exidyn.trajectories.clearances.clearance import Clearance
 from exidyn.trajectories.families.phases import Phases
 from exidyn.trajectories.families.sequence import Slowed
 from exidyn.trajectories.limits.usable_limits import Margins, usable
-from exidyn.trajectories.plans.plan import Plan, model_differences, robot_differences
+from exidyn.trajectories.plans.plan import (
+    Plan,
+    file_warnings,
+    model_differences,
+    narrowed,
+    robot_differences,
+    some,
+    within,
+)
 from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
-from exidyn.trajectories.plans.plan_limits import file_warnings, narrowed, some, within
 from exidyn.trajectories.trajectory import Trajectory
 
 from .arms import with_body

@@ -17,14 +17,10 @@ DOUBTED = 1.0
 
 
 class Answers:
-    """Counts the questions to joints and their answers.
+    """Counts the questions to joints and their answers, and reports events, a sentence each.
 
-    Args:
-        names: Names of the joints, for events.
-        report: Called with an event, a sentence.
-        may_skip: Whether a joint can be left out of a cycle. An answer that arrives in such a cycle is late;
-            if none arrives, it was lost.
-        clock: Clock of the host.
+    If a joint `may_skip` a cycle, an answer that arrives in a cycle without it is late; if none arrives, it
+    was lost.
 
     Attributes:
         fresh: Whether each joint has answered the question of this cycle.

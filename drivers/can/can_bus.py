@@ -3,7 +3,7 @@
 import logging
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,7 +87,6 @@ class CanBus:
     """A python-can bus that tolerates noise; `canopen` sends with it, too.
 
     Attributes:
-        clock: Clock of the host.
         trouble: Why the bus can no longer be used; empty while it can.
         unreadable: Number of frames so far that could not be read, or were error frames.
 
@@ -110,7 +109,7 @@ class CanBus:
         except Exception as error:  # each of python-can's back-ends has errors of its own
             self._claim.release()
             raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
-        self._transport = transport_of(self._bus, interface, channel, more)
+        self._transport = transport_of(self._bus, interface)
         self.clock = self._transport.clock = clock
         self.trouble = ""
         self.unreadable = 0
@@ -125,17 +124,15 @@ class CanBus:
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
         """Send data frames with 11-bit identifiers, in this order; a lasting failure sets `trouble`."""
-        try:
-            self._transport.send(frames, SENT_WITHIN)
-        except Exception as error:  # errors of the back-end, of any type
-            self._failed("sent", error)
-        else:
-            self._failing["sent"] = 0.0
+        self._try_to_send(self._transport.send, frames, SENT_WITHIN)
 
     def send(self, message: can.Message, timeout: float = SENT_WITHIN) -> None:
         """Send a frame of any kind, as python-can does; a lasting failure sets `trouble`."""
+        self._try_to_send(self._bus.send, message, timeout)
+
+    def _try_to_send(self, send: Callable[..., None], *arguments: Any) -> None:
         try:
-            self._bus.send(message, timeout)
+            send(*arguments)
         except Exception as error:  # errors of the back-end, of any type
             self._failed("sent", error)
         else:
@@ -167,7 +164,6 @@ class CanBus:
     def shutdown(self) -> None:
         """Release the bus; never raises."""
         try:
-            self._transport.close()
             self._bus.shutdown()
         except Exception as error:  # errors of the back-end, of any type
             self._report(f"CAN bus could not be closed: {error}")
@@ -259,13 +255,10 @@ def frame_bits(data: int) -> int:
 
 
 def bus_load(frames: Sequence[int], cycle: float, bitrate: int, others: float = 0.0) -> float:
-    """Worst-case load of the bus [-] by frames that are sent once per cycle.
+    """Worst-case load of a bus [-] with this bitrate [bit/s].
 
-    Args:
-        frames: Number of data bytes of each frame.
-        cycle: Time between cycles [s].
-        bitrate: Bitrate of the bus [bit/s].
-        others: Rate of further frames with one data byte [1/s].
+    Frames with these numbers of data bytes are sent once per cycle [s], and others, with one data byte, at a
+    rate [1/s].
     """
     return (sum(frame_bits(data) for data in frames) / cycle + others * frame_bits(1)) / bitrate
 

@@ -1,16 +1,13 @@
 """Transports: send frames to a CAN adapter and receive frames from it.
 
-python-can creates an object for every frame, checks, filters and logs it. For the frames of six joints, this
-takes longer than all other work of a cycle. Where python-can has a socket or a serial port, these transports
-use it directly; all other interfaces go through `PythonCanTransport`.
+All interfaces go through python-can, but for an adapter on a serial port: python-can reads it byte by byte,
+which takes longer than a cycle, and waits without limit until it has taken a frame.
 """
 
 import os
-import socket
-import struct
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import can
@@ -18,13 +15,11 @@ import can
 from ..host_clock import HOST, Clock, Pause
 
 Frame = tuple[int, bytes]
-"""Identifier and data. Flags above the bits of the identifier mark every frame that is not a classic data
-frame with an 11-bit identifier."""
+"""Identifier and data."""
 
-EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
-"""Flags in an identifier: 29-bit identifier, remote frame, error frame (as in Linux, can.h)."""
-FD = 1 << 32
-"""Flag in an identifier: a frame of CAN FD."""
+OTHER, ERROR = 1 << 31, 1 << 29
+"""Flags in an identifier, above its bits: a frame other than a classic data frame with an 11-bit identifier,
+such as one with 29 bits, a remote frame, or one of CAN FD; and an error frame of the CAN controller."""
 STANDARD = 0x7FF
 """Largest identifier of 11 bits; with a flag the number is larger."""
 IDENTIFIER = 0x1FFFFFFF
@@ -36,7 +31,6 @@ class Transport(ABC):
 
     Attributes:
         pause: Pause of the host, checked right before sending; after a pause, no frame is sent.
-        clock: Clock of the host.
     """
 
     pause = Pause(float("inf"))
@@ -53,9 +47,6 @@ class Transport(ABC):
         Raises ValueError for invalid data, and errors of the adapter or the system.
         """
 
-    def close(self) -> None:  # noqa: B027 - most have nothing to release
-        """Release the resources of the transport; python-can closes the bus."""
-
 
 FLOOD = 500
 """Maximum number of frames skipped in one call."""
@@ -68,12 +59,17 @@ class PythonCanTransport(Transport):
         self._bus = bus
 
     def send(self, frames: Sequence[Frame], timeout: float) -> None:
-        end = self.clock.monotonic() + timeout
-
-        def send(identifier: int, data: bytes) -> None:
-            self._bus.send(message(identifier, data), max(end - self.clock.monotonic(), 0.0))
-
-        send_each(frames, send, self.pause)
+        """Send every frame, even after a failure, but none after a pause. Raises the first failure."""
+        end, failure = self.clock.monotonic() + timeout, None
+        for frame in frames:
+            if self.pause.noticed():
+                return
+            try:
+                self._send(frame, max(end - self.clock.monotonic(), 0.0))
+            except Exception as error:  # each of python-can's interfaces has errors of its own
+                failure = failure or error
+        if failure is not None:
+            raise failure
 
     def receive(self, timeout: float) -> Frame | None:
         """Receive as in `Transport`; frames that an interface returns to their sender are skipped."""
@@ -82,59 +78,70 @@ class PythonCanTransport(Transport):
             received = self._bus.recv(max(end - self.clock.monotonic(), 0.0))
             if received is None:
                 return None
-            if received.is_rx:
-                return flagged(received), bytes(received.data)
+            frame = _flagged(received), bytes(received.data)
+            if not self._is_own(received, frame):
+                return frame
         return None
 
-    def close(self) -> None:
-        pass
+    def _send(self, frame: Frame, timeout: float) -> None:
+        identifier, data = frame
+        self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False), timeout)
+
+    def _is_own(self, received: can.Message, frame: Frame) -> bool:
+        """Whether a received frame was sent by this bus."""
+        return not received.is_rx
 
 
-def send_each(frames: Sequence[Frame], send: Callable[[int, bytes], None], pause: Pause) -> None:
-    """Send every frame, even after a failure, but none after a pause. Raises the first failure."""
-    failure: Exception | None = None
-    for identifier, data in frames:
-        if pause.noticed():
-            return
-        try:
-            send(identifier, data)
-        except Exception as error:  # each of python-can's interfaces has errors of its own
-            failure = failure or error
-    if failure is not None:
-        raise failure
+class SocketTransport(PythonCanTransport):
+    """A bus with a socket, which is waited for here: python-can waits by the wall clock, which may be set."""
+
+    def receive(self, timeout: float) -> Frame | None:
+        if timeout > 0.0 and not self.clock.readable([self._bus.fileno()], timeout):
+            return None
+        return super().receive(0.0)
 
 
-def message(identifier: int, data: bytes) -> can.Message:
-    """Convert a frame, its identifier with flags, to a message of python-can."""
-    return can.Message(
-        arbitration_id=identifier & IDENTIFIER,
-        is_extended_id=bool(identifier & EXTENDED),
-        is_remote_frame=bool(identifier & REMOTE),
-        is_error_frame=bool(identifier & ERROR),
-        is_fd=bool(identifier & FD),
-        data=data,
-    )
+class SocketcanTransport(SocketTransport):
+    """SocketCAN, which returns no frame to its sender, and marks those of other programs on this computer."""
+
+    def _is_own(self, received: can.Message, frame: Frame) -> bool:
+        return False
 
 
-def flagged(received: can.Message) -> int:
+REMEMBERED = 1000
+"""Number of frames after which one that has not come back is forgotten, because it was lost."""
+
+
+class MulticastTransport(SocketTransport):
+    """A bus without hardware in the host's network, which returns every frame to its sender, unmarked."""
+
+    def __init__(self, bus: can.BusABC) -> None:
+        super().__init__(bus)
+        self._sent = deque[Frame](maxlen=REMEMBERED)  # those that have not come back
+
+    def _send(self, frame: Frame, timeout: float) -> None:
+        self._sent.append(frame)
+        super()._send(frame, timeout)
+
+    def _is_own(self, received: can.Message, frame: Frame) -> bool:
+        is_own = frame in self._sent
+        if is_own:
+            self._sent.remove(frame)
+        return is_own
+
+
+def _flagged(received: can.Message) -> int:
     """Identifier of a message of python-can, with flags."""
-    return (
-        received.arbitration_id
-        | EXTENDED * received.is_extended_id
-        | REMOTE * received.is_remote_frame
-        | ERROR * received.is_error_frame
-        | FD * received.is_fd
-    )
+    other = received.is_extended_id or received.is_remote_frame or received.is_fd
+    return received.arbitration_id | OTHER * other | ERROR * received.is_error_frame
 
 
 READ = 4096
 """Maximum number of bytes read at once."""
 LONGEST_LINE = 1 << 16
 """Maximum length of a line [bytes]; longer input is discarded, because no adapter sends such a line."""
-KINDS = {
-    "t": (3, 0), "T": (8, EXTENDED), "x": (8, EXTENDED), "r": (3, REMOTE), "R": (8, EXTENDED | REMOTE),
-    "d": (3, FD), "b": (3, FD), "D": (8, EXTENDED | FD), "B": (8, EXTENDED | FD),
-}  # fmt: skip
+KINDS = {"t": (3, 0), "r": (3, OTHER), "d": (3, OTHER), "b": (3, OTHER)}
+KINDS |= {letter: (8, OTHER) for letter in "TxRDB"}
 """First letter of a line -> number of digits of the identifier, and its flags; other lines are replies."""
 
 
@@ -171,9 +178,6 @@ class SlcanTransport(Transport):
                 return None
             self._read()
 
-    def close(self) -> None:
-        pass
-
     def _read(self) -> None:
         data = os.read(self._waited_for[0], READ)
         if not data:
@@ -198,91 +202,9 @@ def _frame(line: str) -> Frame | None:
     return identifier, data
 
 
-LONGEST = 400
-"""Bytes to read of a datagram: more than any has; Python allocates objects of up to 512 bytes quickly."""
-
-
-class SocketTransport(Transport):
-    """Frames over an open socket, which belongs to python-can and is not closed here."""
-
-    def __init__(self, link: socket.socket) -> None:
-        self._socket, self._waited_for = link, [link.fileno()]
-
-    @abstractmethod
-    def _encode(self, identifier: int, data: bytes) -> bytes:
-        """Encode a data frame with an 11-bit identifier as a datagram."""
-
-    @abstractmethod
-    def _decode(self, datagram: bytes) -> Frame | None:
-        """Decode a datagram; None to skip it. Raises ValueError, KeyError or TypeError if it is no frame."""
-
-    @abstractmethod
-    def _hand_over(self, datagram: bytes) -> None:
-        """Send a datagram without waiting. Raises BlockingIOError if the socket cannot take it now."""
-
-    def send(self, frames: Sequence[Frame], timeout: float) -> None:
-
-        end = self.clock.monotonic() + timeout
-
-        def send(identifier: int, data: bytes) -> None:
-            datagram = self._encode(identifier, data)
-            try:
-                self._hand_over(datagram)
-            except BlockingIOError:
-                self.clock.writable(self._waited_for, max(end - self.clock.monotonic(), 0.0))
-                self._hand_over(datagram)
-
-        send_each(frames, send, self.pause)
-
-    def receive(self, timeout: float) -> Frame | None:
-        if timeout > 0.0 and not self.clock.readable(self._waited_for, timeout):
-            return None
-        for _ in range(FLOOD):
-            try:
-                datagram = self._socket.recv(LONGEST, socket.MSG_DONTWAIT)
-            except BlockingIOError:
-                return None
-            frame = self._decode(datagram)
-            if frame is not None:
-                return frame
-        return None
-
-
-FRAME = struct.Struct("=IB2xB8s")
-"""`can_frame` of Linux: identifier with flags, number of bytes, its DLC code, eight data bytes."""
-HEAD = struct.Struct("=I")
-"""Beginning of `canfd_frame`: identifier with flags."""
-LARGEST_FD = 72
-"""Size of `canfd_frame` [bytes]."""
-
-
-class SocketcanTransport(SocketTransport):
-    """A SocketCAN interface, whose identifier flags are those of this module."""
-
-    def _encode(self, identifier: int, data: bytes) -> bytes:
-        return FRAME.pack(identifier, len(data), len(data), data)
-
-    def _decode(self, datagram: bytes) -> Frame:
-        if len(datagram) == LARGEST_FD:
-            return (HEAD.unpack_from(datagram)[0] & IDENTIFIER) | FD, b""
-        if len(datagram) != FRAME.size:
-            raise ValueError(f"a frame of {len(datagram)} bytes")
-        identifier, length, _, data = FRAME.unpack(datagram)
-        return identifier, data[:length]
-
-    def _hand_over(self, datagram: bytes) -> None:
-        self._socket.send(datagram, socket.MSG_DONTWAIT)
-
-
-def transport_of(bus: can.BusABC, interface: str, channel: str, options: Mapping[str, Any]) -> Transport:
-    """Fastest transport for an open bus, chosen by the interface, channel and options of python-can."""
-    link = getattr(bus, "socket", None)
-    if interface == "socketcan" and channel and isinstance(link, socket.socket):
-        return SocketcanTransport(link)
+def transport_of(bus: can.BusABC, interface: str) -> Transport:
+    """Transport for an open bus of an interface of python-can."""
     if interface == "slcan" and hasattr(port := getattr(bus, "serialPortOrig", None), "fd"):
         return SlcanTransport(port)
-    if interface == "udp_multicast" and os.name == "posix":
-        from .udp_multicast import UdpMulticastTransport
-
-        return UdpMulticastTransport(bus.fileno(), channel, options.get("port"))
-    return PythonCanTransport(bus)
+    kinds = {"socketcan": SocketcanTransport, "udp_multicast": MulticastTransport}
+    return kinds.get(interface, PythonCanTransport)(bus)

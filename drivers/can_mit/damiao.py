@@ -53,25 +53,25 @@ def is_register(motor: int, data: bytes) -> bool:
     return len(data) == 8 and data[:2] == struct.pack("<H", motor) and data[2] in (READ, WRITE, STORE)
 
 
-def read(bus: CanBus, motor: int, master: int, register: Register) -> float | None:
+def _read(bus: CanBus, motor: Motor, register: Register) -> float | None:
     """Read a register; None if there is no answer."""
-    return _ask(bus, motor, master, register, READ, bytes(4))
+    return _ask(bus, motor, register, READ, bytes(4))
 
 
-def write(bus: CanBus, motor: int, master: int, register: Register, value: int) -> float | None:
+def _write(bus: CanBus, motor: Motor, register: Register, value: int) -> float | None:
     """Write a register and read it back; None if there is no answer."""
-    _ask(bus, motor, master, register, WRITE, struct.pack(register.form, value))
-    return read(bus, motor, master, register)
+    _ask(bus, motor, register, WRITE, struct.pack(register.form, value))
+    return _read(bus, motor, register)
 
 
-def _ask(bus: CanBus, motor: int, master: int, register: Register, action: int, data: bytes) -> float | None:
-    head = struct.pack("<HBB", motor, action, register.number)
+def _ask(bus: CanBus, motor: Motor, register: Register, action: int, data: bytes) -> float | None:
+    head = struct.pack("<HBB", motor.number, action, register.number)
     for _ in range(TRIES):
         bus.send_frames([(TO_ALL, head + data)])
         end = bus.clock.monotonic() + ANSWER
         while (remaining := end - bus.clock.monotonic()) > 0.0:
             identifier, answer = bus.receive(remaining) or (-1, b"")
-            if identifier == master and len(answer) == 8 and answer[:4] == head:
+            if identifier == motor.master and len(answer) == 8 and answer[:4] == head:
                 return float(struct.unpack(register.form, answer[4:])[0])
     return None
 
@@ -93,7 +93,7 @@ def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> MotorData:
     differ from the settings, or it does not take the MIT mode.
     """
     motor_data = MotorData()
-    if _read_register(bus, motor, MODE) is None:
+    if _read(bus, motor, MODE) is None:
         motor_data.warnings.append(
             f"{motor.name} does not show its registers: its ranges could not be checked, and it keeps "
             "following its last command if this computer falls silent"
@@ -103,7 +103,7 @@ def set_up(bus: CanBus, motor: Motor, dead_man: float | None) -> MotorData:
     if dead_man is not None:
         _set_mode(bus, motor)
     for register in (TORQUE_CONSTANT, GEAR, SOFTWARE):
-        value = _read_register(bus, motor, register)
+        value = _read(bus, motor, register)
         if value is not None:
             motor_data.facts.append(f"{register.name} {value:g}")
     if dead_man is not None:
@@ -117,13 +117,9 @@ def leave(bus: CanBus, motor: Motor, timeout: int) -> None:
     bus.send_frames([(TO_ALL, head + struct.pack(TIMEOUT.form, timeout))])
 
 
-def _read_register(bus: CanBus, motor: Motor, register: Register) -> float | None:
-    return read(bus, motor.number, motor.master, register)
-
-
 def _require_ranges(bus: CanBus, motor: Motor) -> None:
     for register, nominal in zip(RANGES, motor.commanded, strict=True):
-        value = _read_register(bus, motor, register)
+        value = _read(bus, motor, register)
         if value is not None and abs(value - nominal) > 1e-3 * nominal:
             raise NotReady(
                 f"{motor.name} has {register.name} = {value:g}, its model here has {nominal:g}: every number "
@@ -132,18 +128,18 @@ def _require_ranges(bus: CanBus, motor: Motor) -> None:
 
 
 def _set_mode(bus: CanBus, motor: Motor) -> None:
-    if _read_register(bus, motor, MODE) == MIT_MODE:
+    if _read(bus, motor, MODE) == MIT_MODE:
         return
-    mode = write(bus, motor.number, motor.master, MODE, MIT_MODE)
+    mode = _write(bus, motor, MODE, MIT_MODE)
     if mode != MIT_MODE:
         raise NotReady(f"{motor.name} was set to mode {MIT_MODE} (MIT) and is in mode {mode}")
 
 
 def _set_dead_man(bus: CanBus, motor: Motor, dead_man: float, motor_data: MotorData) -> None:
-    before = _read_register(bus, motor, TIMEOUT)
+    before = _read(bus, motor, TIMEOUT)
     motor_data.timeout = None if before is None else int(before)
     wanted = round(dead_man / TIMEOUT_UNIT)
-    motor_data.guarded = write(bus, motor.number, motor.master, TIMEOUT, wanted) == wanted
+    motor_data.guarded = _write(bus, motor, TIMEOUT, wanted) == wanted
     if not motor_data.guarded:
         motor_data.warnings.append(
             f"{motor.name} does not take TIMEOUT: it keeps moving if this computer falls silent"

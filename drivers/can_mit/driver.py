@@ -10,8 +10,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import LinkLost, NotReady
-from ..resting import Resting
-from ..values import Command
+from ..values import Command, Resting
 from .damiao import MotorData, leave, set_up
 from .mit_frame import DAMIAO, ON, T_MOTOR, Family, error_text
 from .mit_motors import UNKNOWN, MotorRound, Request
@@ -215,9 +214,6 @@ class CanMit(CanDriver[MotorRound]):
                 )
                 return
         talk.target, talk.velocity = positions, velocities
-
-    def _check_answers(self, talk: MotorRound) -> None:
-        pass
 
     def _measured(self, talk: MotorRound) -> dict[str, np.ndarray]:
         # One array of five rows would take longer than these of one row each.

@@ -80,11 +80,6 @@ def raw(value: float, low: float, high: float, bits: int) -> int:
     return min(max(round((value - low) / (high - low) * most), 0), most)
 
 
-def real(number: int, low: float, high: float, bits: int) -> float:
-    """Value of an integer in a frame."""
-    return low + number * (high - low) / ((1 << bits) - 1)
-
-
 def pack(
     ranges: Ranges, position: float, velocity: float, kp: float, kd: float, torque: float = 0.0
 ) -> bytes:

@@ -10,8 +10,7 @@ import numpy as np
 from ..can.can_driver import CanDriver
 from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
-from ..resting import Resting
-from ..values import Command
+from ..values import Command, Resting
 from . import cia402 as c
 from .frames import Frames
 from .network import DriveNetwork, SetUp
@@ -73,7 +72,9 @@ class Canopen402(CanDriver[Frames]):
         end = self.clock.monotonic() + ENABLING
         while not (frames.commanding and _all_enabled(frames)):
             self._cycles(frames, 1)
-            self._record_positions(frames)
+            position = self._position(frames)
+            for joint in np.flatnonzero(frames.fresh):
+                self._resting.add(int(joint), float(position[joint]))
             if frames.fault or self.clock.monotonic() > end:
                 why = frames.fault or self._not_enabled(frames)
                 self.stop(StopLevel.OFF)
@@ -152,11 +153,6 @@ class Canopen402(CanDriver[Frames]):
         for name, drive, scale, zero in zip(self._names, setup.drives, self._per_radian, s.zero, strict=True):
             explained[name] = f"{scale:.9g} counts/rad, {zero:g} rad at zero; {', '.join(drive.facts)}"
         return explained
-
-    def _record_positions(self, frames: Frames) -> None:
-        position = self._position(frames)
-        for joint in np.flatnonzero(frames.fresh):
-            self._resting.add(int(joint), float(position[joint]))
 
     def _request_enabling(self, frames: Frames) -> None:
         """Choose the controlword of each drive's next transition, with its resting position as the target."""

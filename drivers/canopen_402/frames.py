@@ -37,15 +37,8 @@ def measured_sizes(effort: c.Entry) -> list[int]:
 class Frames(CanRound):
     """Frames to the drives and from them, in the units of the drives.
 
-    Args:
-        bus: Open CAN bus.
-        nodes: Node number of each drive.
-        names: Names of the drives, for messages.
-        host: Node number of the host's heartbeat.
-        beat: Time between heartbeats of the host [s].
-        heartbeat: Time between heartbeats of a drive [s].
-        efforts: Object of each drive that measures current or torque.
-        beating: Whether each drive sends a heartbeat.
+    The host has a node number too, and sends a heartbeat every `beat` [s]; drives that are `beating` send one
+    every `heartbeat` [s]. `efforts` are the objects that measure current or torque.
 
     Attributes:
         control: Controlword of each drive; sent once `commanding`.

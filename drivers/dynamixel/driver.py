@@ -14,8 +14,7 @@ from ..driver import Arm, Info, StopLevel
 from ..errors import NotReady
 from ..servo.servo_bus import LENGTHS, TRIES, ServoBus
 from ..servo.servo_driver import ServoDriver
-from ..servo.servo_line import Codec, Reading, Status
-from ..servo.servo_units import Goals, Measured, ServoSettings
+from ..servo.servo_line import Codec, Goals, Measured, Reading, ServoSettings, Status
 from ..settings import setting
 from . import packet as packets
 from . import registers

@@ -74,7 +74,10 @@ class DynamixelHealth:
         A cycle asks at most one question, so that the loop is not delayed. Warnings of servos are added to
         `events`. Raises LinkLost if the port is gone.
         """
-        self._note_gaps(answers, now)
+        for place, answer in enumerate(answers):
+            if answer is not None:
+                self._gap = max(self._gap, now - self._answered[place])
+                self._answered[place] = now
         alerts = self._new_alerts(answers)
         return self._gap_reason(armed) if alerts is None else self._errors(alerts, events)
 
@@ -100,12 +103,6 @@ class DynamixelHealth:
             self._reported[place] = bits
         self._alerts = alerts
         return "; ".join(faults)
-
-    def _note_gaps(self, answers: Sequence[Status | None], now: int) -> None:
-        for place, answer in enumerate(answers):
-            if answer is not None:
-                self._gap = max(self._gap, now - self._answered[place])
-                self._answered[place] = now
 
     def _gap_reason(self, armed: bool) -> str:
         """Why a servo was silent: its watchdog has stopped it, or it has lost its power; else empty."""

@@ -13,8 +13,7 @@ import numpy as np
 from ..driver import Info
 from ..servo.servo_bus import LENGTHS, ServoBus
 from ..servo.servo_driver import ServoDriver
-from ..servo.servo_line import Codec, Reading, Register, Status
-from ..servo.servo_units import Goals, Measured, ServoSettings
+from ..servo.servo_line import Codec, Goals, Measured, Reading, Register, ServoSettings, Status
 from ..settings import setting
 from . import packet as packets
 

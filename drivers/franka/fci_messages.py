@@ -15,8 +15,8 @@ from .target_stream import JOINTS
 ROBOT_MODE = {
     0: "other", 1: "idle", 2: "move", 3: "guiding", 4: "reflex", 5: "user stopped", 6: "error recovery",
 }  # fmt: skip
-READY_MODES, REFLEX = (1, 2), 4
-"""Robot modes in which the arm can be moved, and the mode after a reflex."""
+READY_MODES = (1, 2)
+"""Robot modes in which the arm can be moved."""
 TRY = {
     0: "unlock the joints and activate FCI in Desk",
     3: "release the guiding button, and choose Execution",

@@ -133,11 +133,7 @@ class Step(NamedTuple):
 
 
 class TargetStream:
-    """Commands of one motion, from the position held by the controller to rest.
-
-    Args:
-        start: Position at which the controller holds the arm, shape (n,) [rad].
-        held_back: Number of commands that are held back.
+    """Commands of one motion, from the position held by the controller, (n,) [rad], to rest.
 
     Attributes:
         reason: Why the stream stops; empty while it does not.

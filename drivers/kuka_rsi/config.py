@@ -66,15 +66,11 @@ def standard_config(
     torque: bool = False,
     stop: bool = True,
 ) -> RsiConfig:
-    """Configuration that suits identification best.
+    """Configuration that suits identification best, with address and port of this computer.
 
-    Args:
-        address: Address of this computer in the controller's network.
-        port: Port on which the driver listens.
-        sentype: Type of the answers.
-        only_send: Whether the controller's program moves the arm and this computer only listens.
-        torque: Whether a GEARTORQUE object is wired to channels 1 to 6 of SEND.
-        stop: Whether channel 7 of RECEIVE is wired to a STOP object.
+    With `only_send`, the controller's program moves the arm and this computer only listens. `torque` is
+    whether a GEARTORQUE object is wired to channels 1 to 6 of SEND, `stop` whether channel 7 of RECEIVE is
+    wired to a STOP object.
     """
     internal = [Element(f"{OWN}{name}", "DOUBLE") for name in ("RIst", "AIPos", "ASPos", "MACur")]
     internal.append(Element(f"{OWN}Delay", "LONG"))

@@ -25,7 +25,6 @@ class Link:
     """A UDP socket bound to one address of this computer, for one controller.
 
     Attributes:
-        clock: Clock of the host.
         strangers: Number of datagrams from other addresses, which were ignored.
         stranger: Last of these addresses.
         stranger_datagram: Last of these datagrams.
@@ -121,12 +120,7 @@ def _arrival(extra: list[tuple[int, int, bytes]], clock: Clock) -> int:
 class Conversation:
     """Receives telegrams and answers them with the present corrections, one per axis [deg].
 
-    Args:
-        link: Socket of the controller.
-        session: Session that orders the telegrams.
-        answer: Writer of answers.
-        corrections: First corrections, one per axis [deg].
-        counted: Whether the last number of a telegram counts answers that came too late.
+    If `counted`, the last number of a telegram counts answers that came too late.
 
     Attributes:
         silent: Whether telegrams are not answered, as at first.

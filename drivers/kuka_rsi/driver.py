@@ -5,7 +5,6 @@ absolute corrections: the desired distances from the positions at which the prog
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from ipaddress import IPv4Address
 from typing import Any
 
@@ -16,11 +15,10 @@ from ..errors import BadSettings, LinkLost
 from ..values import Command, Sample
 from .config import config_text, standard_config
 from .conversation import Conversation, Keeper, Link
-from .layout import ACTUAL, axes_of, layout_of
 from .probe import Probe
 from .samples import Remarks, Samples, info_of, simulated
 from .session import Fresh, Session
-from .settings import RsiSettings, config_of
+from .settings import ACTUAL, RsiSettings, axes_of, config_of, layout_of
 from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
@@ -164,8 +162,11 @@ class KukaRsi(Driver):
             return self._silent(talk)
         if probing:
             self._probed(talk, probing, fresh)
-        sample = self._sample(talk, fresh)
-        return replace(sample, sent=False) if probing and command is not None else sample
+        self._fault = self._fault or talk.session.restarted
+        withheld = probing is not None and command is not None
+        sent = not (talk.refused or talk.repeated or self._fault or withheld)
+        known = {"events": self._events(talk, fresh), "fault": self._fault, "sent": sent}
+        return self._samples.of_telegram(fresh, talk.session.elapsed, **known)
 
     @property
     def _longest(self) -> float:
@@ -209,12 +210,6 @@ class KukaRsi(Driver):
             )
             return
         talk.correct(corrections)
-
-    def _sample(self, talk: Conversation, fresh: Fresh) -> Sample:
-        self._fault = self._fault or talk.session.restarted
-        sent = not (talk.refused or talk.repeated or self._fault)
-        known = {"events": self._events(talk, fresh), "fault": self._fault, "sent": sent}
-        return self._samples.of_telegram(fresh, talk.session.elapsed, **known)
 
     def _silent(self, talk: Conversation) -> Sample:
         if talk.quiet > self.settings.timeout * self._cycle:

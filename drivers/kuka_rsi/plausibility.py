@@ -26,14 +26,10 @@ million. A current of zero does not count, because a drive that is off repeats i
 
 
 class Plausibility:
-    """Finds the axes whose measurement in a telegram cannot belong to its cycle.
+    """Finds the axes whose measurement in a telegram cannot belong to its cycle [s].
 
-    Args:
-        axes: Names of the n axes.
-        position: Columns of the measured positions [deg].
-        effort: Columns of the currents, and of the torques; None if they are not sent.
-        step: Resolution of the positions [deg].
-        cycle: Cycle of the controller [s].
+    `effort` are the columns of the currents and of the torques, None if they are not sent, and `step` is the
+    resolution of the positions [deg].
     """
 
     def __init__(
@@ -56,12 +52,7 @@ class Plausibility:
         self._messages: list[str] = []
 
     def implausible(self, numbers: np.ndarray, cycles: int) -> np.ndarray:
-        """Axes whose measurement in a telegram is implausible, shape (n,).
-
-        Args:
-            numbers: Numbers of the telegram.
-            cycles: Cycles since the previous telegram.
-        """
+        """Axes whose measurement is implausible, shape (n,), `cycles` after the previous telegram."""
         position, current = numbers[self._position], numbers[self._current]
         measured = np.concatenate([numbers[columns] for columns in self._columns])
         if self._before.size == 0:

@@ -17,9 +17,10 @@ from collections.abc import Generator, Sequence
 
 import numpy as np
 
-from .layout import ACTUAL
 from .linkage import MOVED, Linkage, pattern_table
 from .session import Fresh
+from .settings import ACTUAL
+from .start import COARSE
 from .telegram import decimals
 
 BOUND = 0.05
@@ -43,9 +44,6 @@ LAG = 0.1
 """Time within which an arm has followed [s]; drives and filters of RSI take some 10 ms."""
 SEEN = 10
 """Number of cycles whose median is a position."""
-COARSE = 1
-"""Number of decimals that is too small for a probe: steps of 0.1 degrees."""
-
 _Course = Generator[np.ndarray, np.ndarray, np.ndarray]
 """Yields corrections (n,), receives the positions (n,) in the telegram that they answered [deg]."""
 
@@ -55,15 +53,11 @@ class _Refused(Exception):
 
 
 class Probe:
-    """Corrections to send until their effect is known.
+    """Corrections to send until their effect is known, to a controller with a cycle [s].
 
-    Args:
-        axes: Names of the axes.
-        actual: Columns of the measured positions in a telegram.
-        cycle: Cycle of the controller [s].
-        timeout: Number of cycles for which the controller may continue without answers.
-        lower: Most negative corrections that the controller allows, shape (n,) [deg].
-        upper: Most positive corrections, shape (n,) [deg]; an axis without room for the probe is not probed.
+    `actual` are the columns of the measured positions. The controller may continue without answers for
+    `timeout` cycles, and allows corrections from `lower` to `upper`, each (n,) [deg]; an axis without room
+    for the probe is not probed.
 
     Attributes:
         correction: Correction for the next answer, shape (n,) [deg].

@@ -11,10 +11,9 @@ from ..samples import ControllerSamples
 from ..values import SIGNALS, Sample, any_of
 from .config import RsiConfig
 from .conversation import Conversation, lateness
-from .layout import ACTUAL, DELAY, PROGRAMMED, Axes, Layout
 from .plausibility import Plausibility
 from .session import Fresh
-from .settings import RsiSettings
+from .settings import ACTUAL, DELAY, PROGRAMMED, Axes, Layout, RsiSettings
 from .start import Beginning, warning
 
 MARGIN = 0.05

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..errors import NotReady
 from .conversation import Conversation
-from .layout import ACTUAL, DELAY, PROGRAMMED, Layout
 from .session import Datagram, Fresh
+from .settings import ACTUAL, DELAY, PROGRAMMED, Layout
 from .telegram import decimals
 
 PATIENCE = 1.0
@@ -26,15 +26,9 @@ log = logging.getLogger(__name__)
 def first_telegrams(
     conversation: Conversation, count: int, seconds: float, controller: str, here: str, answering: bool
 ) -> list[Fresh]:
-    """Wait for the first telegrams of a session; a simulator that waits for answers is answered.
+    """Wait for `count` telegrams without answers; if `answering`, answer a simulator that waits for it.
 
-    Args:
-        conversation: Conversation that is still silent.
-        count: Number of consecutive telegrams, without answers.
-        seconds: Maximum time to wait for the next telegram [s].
-        controller: Address of the controller, for messages.
-        here: Address and port of this computer, for messages.
-        answering: Whether a simulator may be answered.
+    The next telegram must come within `seconds` [s]; `controller` and `here` are addresses for messages.
 
     Raises:
         NotReady: If too few telegrams came in time; the message says what came instead.
@@ -124,7 +118,7 @@ def warning(cycle: float) -> str:
 
 
 COARSE = 1
-"""Number of decimals that KUKA sends by default: steps of 0.1 degrees."""
+"""Number of decimals that KUKA sends by default, which is too small: steps of 0.1 degrees."""
 RESTING = 0.1
 """Largest motion of an arm at rest in a few cycles [deg]."""
 APART = 0.5

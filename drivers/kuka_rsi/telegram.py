@@ -134,11 +134,8 @@ def decimals(data: bytes, element: str) -> int:
 class Answer:
     """Writes answers with corrections and one switch; all other values that the controller expects are zero.
 
-    Args:
-        sentype: Type of answers that the controller expects.
-        receive: Elements that the controller expects.
-        corrections: Tags of the corrections, in the order of `head`.
-        switch: Tag that is 1 when the arm should stop; empty without one.
+    `corrections` are tags in the order of `head`, and `switch` is the tag that is 1 when the arm should stop,
+    empty without one.
     """
 
     def __init__(

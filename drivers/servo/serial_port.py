@@ -32,7 +32,6 @@ class SerialPort:
     """An open port such as "/dev/ttyUSB0" or "COM3"; a short read has reached its deadline [s].
 
     Attributes:
-        clock: Clock of the host.
         waited: Whether the last read had to wait for bytes.
 
     Raises BadSettings if there is no such port or baud rate [bit/s], NotReady if the port is in use or this

@@ -22,7 +22,6 @@ class ServoBus:
     Attributes:
         names: Names of the servos by id, in the order of the joints.
         servos: Ids of the servos, in the same order.
-        clock: Clock of the host.
         in_step: Whether the last answers were complete, in order, and followed by nothing.
     """
 

@@ -13,20 +13,22 @@ import numpy as np
 from ..driver import Arm, Driver, Info, StopLevel
 from ..errors import BadSettings, DriverError, LinkLost, NotReady
 from ..host_clock import HostClock, Pause, require_patience
-from ..resting import COUNT, Resting
 from ..samples import HostSamples
-from ..values import Command, Sample
+from ..values import AGREEING, Command, Resting, Sample
 from .serial_port import SerialPort, adapter_latency, latency_warnings
 from .servo_bus import ServoBus, ServoTalk
 from .servo_line import (
     RETURN_DELAY_UNIT,
     Codec,
+    Goals,
+    Measured,
     Reading,
     Register,
+    ServoUnits,
     Status,
     Traffic,
+    explained,
 )
-from .servo_units import Goals, Measured, ServoUnits, explained
 
 BEFORE_RUN = 0.1
 """Maximum time to wait for an answer before the run [s]."""
@@ -124,7 +126,7 @@ class ServoDriver(Driver):
         Raises NotReady if they do not agree: the servo would move to a wrong reading.
         """
         resting = Resting(self.arm.dof)
-        for _ in range(COUNT):
+        for _ in range(AGREEING):
             for joint, position in enumerate(self._units.position(self._read(bus, register)).tolist()):
                 resting.add(joint, position)
         unsure = [joint for joint in range(self.arm.dof) if not resting.known(joint)]

@@ -15,17 +15,7 @@ from ..errors import BadSettings, DriverError, LinkLost, NotReady, Unreadable
 from ..samples import ControllerSamples, Remarks, word
 from ..values import Command, Sample
 from .dashboard import Dashboard
-from .program import (
-    ASKED,
-    FOLLOW,
-    JOINTS,
-    SILENT,
-    STOP,
-    Registers,
-    UrSettings,
-    program_sent,
-    program_text,
-)
+from .program import ASKED, FOLLOW, JOINTS, SILENT, STOP, Registers, UrSettings, program_sent, program_text
 from .rtde import DATA, START, RtdeLink, package
 from .session import Session, agree, info_of, pause, start
 from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of

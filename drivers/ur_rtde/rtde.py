@@ -122,13 +122,7 @@ READ = 1 << 16
 
 
 class RtdeLink:
-    """A connection to the RTDE server. Raises LinkLost if it cannot be made.
-
-    Args:
-        address: Address of the controller.
-        port: Port of the server.
-        patience: Maximum time to connect, and to wait for an answer [s].
-        clock: Clock of the host.
+    """A connection to the RTDE server, which answers within `patience` [s]. Raises LinkLost without it.
 
     Attributes:
         texts: Messages of the controller that were not read yet.

@@ -1,11 +1,22 @@
-"""What a telegram may hold."""
+"""What a telegram may hold, and where a joint stands: known only where several measurements agree."""
+
+import math
 
 import numpy as np
 import pytest
 
 from exidyn.drivers import Sample
 from exidyn.drivers.errors import Unreadable
-from exidyn.drivers.values import LATEST, RANGES, SIGNALS, checked, nanoseconds
+from exidyn.drivers.values import (
+    AGREEING,
+    APART,
+    LATEST,
+    RANGES,
+    SIGNALS,
+    Resting,
+    checked,
+    nanoseconds,
+)
 
 
 def sample(host_time=10**18, controller_time=0, **signals):
@@ -40,3 +51,25 @@ def test_a_time_that_no_controller_shows_is_unreadable(seconds):
     with pytest.raises(Unreadable, match="timestamp is"):
         nanoseconds("timestamp", seconds)
     assert nanoseconds("timestamp", 1.5) == 1_500_000_000
+
+
+def test_it_is_known_after_enough_measurements_that_agree():
+    resting = Resting(2)
+    for number in range(AGREEING):
+        assert not resting.known(1)
+        resting.add(1, 1.0 + 1e-4 * number)
+    assert resting.known(1)
+    assert not resting.known(0)
+    assert resting.position(1) == 1.0 + 1e-4 * (AGREEING // 2)
+
+
+def test_one_that_is_wrong_or_missing_delays_it():
+    resting = Resting(1)
+    for position in [0.0] * (AGREEING - 1) + [2.0 * APART] + [0.0] * (AGREEING - 1):
+        resting.add(0, position)
+        assert not resting.known(0)
+    resting.add(0, 0.0)
+    assert resting.known(0)
+    resting.add(0, math.nan)
+    assert not resting.known(0)
+    assert resting.spread(0) == 0.0

@@ -12,8 +12,7 @@ from exidyn.identification.arm.newton_euler import Joint, joints_of
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import RobotError
 
-from .clearance import Clearance
-from .configurations import random_positions
+from .clearance import Clearance, random_positions
 from .poses import cover, joint_poses, moves, reach, slopes
 
 TRIED = 200

@@ -47,14 +47,8 @@ def slopes(joints: list[Joint], poses: Poses, point: np.ndarray, direction: np.n
     For a joint about axis a through o this is :math:`d \cdot (a \times (p - o))`
     :math:`= (p \times d) \cdot a - d \cdot (a \times o)`: two matrix products per sample.
 
-    Args:
-        joints: The n joints.
-        poses: Poses of the joints.
-        point: Points in the base frame, shape (t, m, 3) [m].
-        direction: Directions in the base frame, shape (t, m, 3) [-].
-
-    Returns:
-        Derivatives, shape (t, m, n) [m/rad], or [m/m] for a prismatic joint.
+    Points and directions are in the base frame, each (t, m, 3). The derivatives have the shape (t, m, n) and
+    are in [m/rad], or in [m/m] for a prismatic joint.
     """
     revolute = np.array([joint.revolute for joint in joints])
     along = np.swapaxes(poses.axis, 1, 2)

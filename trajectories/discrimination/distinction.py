@@ -33,15 +33,8 @@ def most_informative(
     The states need not form a motion, so no motion achieves more. Let weights w over the states sum to the
     number of rows. With the rival's best parameters for w, the separation is a lower bound of the optimum.
     Any parameters of the rival give an upper bound: all rows at the state with the largest residual. Weights
-    are multiplied by the squared residual until both bounds are on one side of `wanted`.
-
-    Args:
-        true: Hypothesis that is true.
-        rival: Hypothesis that explains the torque of the true one.
-        observation: How torque is observed; its number of rows is not used.
-        limits: Finite limits.
-        rows: Number of independent rows.
-        wanted: Separation with which the bounds are compared; NaN to compute the bounds themselves.
+    are multiplied by the squared residual until both bounds are on one side of `wanted`, or to the end if
+    that is NaN. Limits must be finite; `rows` replaces the number of rows of the observation.
     """
     motion = states_within(limits, STATES)
     seen, torque = observation.seen(rival, motion), observation.seen(true, motion).torque

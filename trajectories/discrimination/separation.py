@@ -73,12 +73,8 @@ class Hypothesis:
     ) -> "Hypothesis":
         """Hypothesis with the independent priors of the model's parameters.
 
-        Args:
-            name: Name in messages.
-            model: Robot and effects.
-            values: Parameter values by name that differ from the nominal values.
-            deviations: Standard deviations by name that differ from the priors; zero fixes a parameter,
-                infinity frees it.
+        By name of a parameter, `values` and `deviations` (standard deviations) replace those of the priors; a
+        deviation of zero fixes the parameter, infinity frees it.
 
         Raises:
             NotComparable: The model does not have a parameter.
@@ -164,13 +160,9 @@ class Explanation(NamedTuple):
 
 
 def explain(rival: Hypothesis, seen: Seen, torque: np.ndarray, share: float | np.ndarray) -> Explanation:
-    """The rival's best explanation of torque, shape (k t, n), in units of the noise.
+    """The rival's best explanation of torque, shape (k t, n), in units of the noise, as `seen` by the rival.
 
-    Args:
-        rival: Hypothesis that explains the torque.
-        seen: Prediction of the rival.
-        torque: Torque to explain.
-        share: Number of independent rows per sample, a scalar or shape (k t,).
+    `share` is the number of independent rows per sample, a scalar or shape (k t,).
     """
     free, weight = rival.free, np.broadcast_to(np.asarray(share, float), len(torque))
     unexplained = torque - seen.torque

@@ -38,13 +38,7 @@ class Phases(Trajectory):
 
     @classmethod
     def of_jerks(cls, start_state: State, durations: np.ndarray, jerks: np.ndarray) -> "Phases":
-        """Motion that starts from a state with the jerk of each piece.
-
-        Args:
-            start_state: State at the start.
-            durations: Duration of each piece, shape (k,) [s].
-            jerks: Jerk of each piece, shape (k, n) [rad/s^3].
-        """
+        """Motion from a state with the duration of each piece, (k,) [s], and its jerk, (k, n) [rad/s^3]."""
         durations = np.asarray(durations, float)
         state, states = start_state, []
         for duration, jerk in zip(durations, jerks, strict=True):

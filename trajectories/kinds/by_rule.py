@@ -8,7 +8,7 @@ import numpy as np
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.model import Model
 
-from ..clearances.configurations import clear_position
+from ..clearances.clearance import clear_position
 from ..errors import in_words_of
 from ..limits.usable_limits import usable
 from ..planning.planner import plan
@@ -16,9 +16,8 @@ from ..planning.wishes import Wishes, beside_periods, shortest_run
 from ..plans.plan import Plan
 from ..trajectory import Trajectory
 from .rests import Workspace
-from .single_joint import single_joint_runs
+from .single_joint import constant_velocity_sweeps, single_joint_runs
 from .static_poses import static_poses
-from .sweeps import constant_velocity_sweeps
 from .with_chirp import with_chirp
 
 POSES = 15

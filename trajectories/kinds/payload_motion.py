@@ -20,9 +20,8 @@ from exidyn.identification.model import Model
 
 from ..errors import BadLimits, Infeasible, in_words_of
 from ..limits.usable_limits import Margins, usable
-from ..planning.goals import learned, nominal_noise
+from ..planning.goals import learned, nominal_noise, torque_spread
 from ..planning.planner import plan
-from ..planning.torque_room import torque_spread
 from ..planning.wishes import Wishes, beside_periods, periods_of, rows_of
 from ..plans.plan import Plan
 from ..search.criteria import Focus

@@ -37,12 +37,8 @@ def with_chirp(base: Trajectory, joints: Collection[int], space: Workspace) -> C
     """A motion with a chirp from beginning to end; the chirp is zero at both ends.
 
     It rises to 20 Hz, or less if a period would have fewer than six samples or the limits would leave too
-    small an amplitude to measure.
-
-    Args:
-        base: Motion under the chirp, such as rest at a pose, `Phases.hold`; ten seconds are a good duration.
-        joints: Joints with a chirp, counted from 0.
-        space: Limits, sampling period and clearances; the amplitude shrinks until they are kept.
+    small an amplitude to measure. The amplitude shrinks until limits and clearances are kept. Ten seconds are
+    a good duration of the base motion; joints are counted from 0.
 
     Raises:
         BadLimits: The sampling period is too long for a chirp.

@@ -1,4 +1,7 @@
-"""Goals of a plan: to identify a model, to improve an earlier fit, to distinguish two models."""
+"""Goals of a plan, and room below the torque limits for the uncertainty of an arm's parameters.
+
+A goal is to identify a model, to improve an earlier fit, or to distinguish two models.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,10 +12,11 @@ from scipy.linalg import block_diag
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.effects import Payload, Prior, known_parameters
-from exidyn.identification.errors import DifferentRobot, RobotError
+from exidyn.identification.errors import DifferentRobot, FitError, RobotError
 from exidyn.identification.fit.base_parameters import BaseParameters, rich_motion
 from exidyn.identification.fit.estimators.nominal_gains import given_nominal
 from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identified import standard_parameters
 from exidyn.identification.model import Model
 
 from ..discrimination.discriminate import Discriminate
@@ -20,13 +24,13 @@ from ..discrimination.separation import Hypothesis, Observation
 from ..errors import NothingToIdentify, UnknownChoice
 from ..families.fourier import Fourier
 from ..search.criteria import CRITERIA, Criterion, Focus
-from ..search.experiment import Experiment
+from ..search.experiment import Experiment, loaded_runs
 from ..search.goals import Identify
 from ..search.shrink import inside_kinematics
+from ..search.torque_spread import TorqueSpread, spread_of
 from ..search.unknowns import with_drive_gains, with_shapes
 from ..trajectory import States
-from .wanted import wanted_names
-from .wishes import Wishes, rows_of
+from .wishes import Wishes, rows_of, wanted_names
 
 NOISE = 0.01
 """Torque noise if none was measured, as a share of each joint's rms torque in a random motion: the currents
@@ -202,3 +206,43 @@ def _require_values(hypothesis: Hypothesis, other: Hypothesis) -> None:
             f"{hypothesis.name}: {', '.join(additional)} have no values, so it equals {other.name}. Set the "
             "values of its effects from a fit: values = [...] in their [[effect]] rows"
         )
+
+
+def torque_spread(
+    model: Model, limits: Limits, payloads: Sequence[str], sure: float, fit: Fit | None = None
+) -> TorqueSpread | None:
+    """Uncertainty of the torque; None if no parameter is uncertain, or no torque is limited.
+
+    `sure` is the share of possible arms that must keep to the limits. The estimates of a fit replace the
+    priors, and its residual counts as uncertainty.
+    """
+    if not sure or not np.any(np.isfinite(limits.torque)):
+        return None
+    runs = loaded_runs(model, typical_states(limits).motion(), payloads)
+    columns = np.concatenate([model.regressor(run) for run in runs])
+    covariance = _prior_covariance(model)
+    residual = np.zeros(model.robot.dof)
+    if fit is not None:
+        covariance, residual = _fit_covariance(fit, model), np.abs(fit.estimate.noise)
+    return spread_of(covariance, sure, residual, columns)
+
+
+def _prior_covariance(model: Model) -> np.ndarray:
+    """Covariance of the model's parameters from its priors, shape (p, p)."""
+    return np.diag(np.square([prior.std for prior in model.priors]))
+
+
+def _fit_covariance(fit: Fit, model: Model) -> np.ndarray:
+    """Covariance of the model's parameters from a fit, and from priors for payloads that no run carried."""
+    covariance = _prior_covariance(model)
+    try:
+        fitted = standard_parameters(fit).covariance
+    except FitError:  # torques are currents: use the covariance of the base parameters
+        base_columns = fit.base.kept
+        count = len(base_columns)
+        fitted = np.zeros((len(fit.model.names),) * 2)
+        fitted[np.ix_(base_columns, base_columns)] = fit.estimate.covariance[:count, :count]
+    places = [model.names.index(name) for name in fit.model.names if name in model.names]
+    fit_places = [k for k, name in enumerate(fit.model.names) if name in model.names]
+    covariance[np.ix_(places, places)] = fitted[np.ix_(fit_places, fit_places)]
+    return covariance

@@ -18,16 +18,13 @@ from ..limits.leads import with_leads, with_rests
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
 from ..search.criteria import condition, name_of
-from ..search.delivery import FINE, fine_motion
-from ..search.drawn_arms import share_beyond, with_own_factor
+from ..search.delivery import FINE, SearchResult, Setting, fine_motion
 from ..search.excite import excite
 from ..search.goals import Goal, Identify
-from ..search.setting import SearchResult, Setting
-from ..search.torque_bound import TorqueBound
+from ..search.torque_bound import TorqueBound, share_beyond, with_own_factor
 from ..search.torque_spread import DRAWS
 from ..trajectory import States
-from .goals import identification_goal, typical_states
-from .torque_room import torque_spread
+from .goals import identification_goal, torque_spread, typical_states
 from .wishes import ROUNDING, Wishes, beside_periods, periods_of
 
 

@@ -146,11 +146,7 @@ def jumps(plan: Plan, spacing: float) -> list[str]:
     Pieces of a motion are stored with the state at which each begins, so a number changed by hand leaves a
     motion that keeps every limit before and after a jump. Between two samples a time h apart, a motion
     without jumps moves as its velocity and acceleration predict, within J h^3 / 6, where J is its largest
-    jerk; velocity and acceleration change accordingly.
-
-    Args:
-        plan: The motion.
-        spacing: Spacing of the samples [s].
+    jerk; velocity and acceleration change accordingly. The spacing of the samples is in [s].
     """
     sentences = []
     for name, size, time in _unexplained(plan.trajectory, spacing):

@@ -108,12 +108,7 @@ def _margins(plan: Plan) -> Iterator[str]:
 
 
 def run_cost(plan: Plan, cycle: float) -> str:
-    """Duration of a run of the plan, and size of its recording.
-
-    Args:
-        plan: The motion.
-        cycle: Time between commands [s].
-    """
+    """Duration of a run of the plan with this time between commands [s], and size of its recording."""
     seconds = plan.trajectory.duration
     by_joint = (BYTES / cycle + POSE_BYTES) * (seconds + AT_REST)
     size = 1e-6 * (HEAD_BYTES + len(plan.joints) * by_joint)

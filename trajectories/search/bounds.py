@@ -95,12 +95,10 @@ def _diagonal(values: np.ndarray, samples: int) -> np.ndarray:
 
 
 def kinematic_bounds(limits: Limits, highest: float = np.inf) -> list[Bound]:
-    """Bounds of position with room to stop, velocity, acceleration and jerk.
+    """Bounds of position with room to stop, velocity, acceleration and jerk, whose limits are finite.
 
-    Args:
-        limits: Limits, finite except for torque.
-        highest: Frequency of the highest harmonic [rad/s]. The derivative of a series bounded by v is at most
-            `highest` times v (Bernstein's inequality), so a looser limit of the derivative needs no bound.
+    The derivative of a series bounded by v is at most the frequency of its highest harmonic [rad/s] times v
+    (Bernstein's inequality), so a looser limit of the derivative needs no bound.
     """
     bounds: list[Bound] = [StopBound(limits)]
     steepest = np.full(len(limits.velocity), np.inf)

@@ -20,14 +20,10 @@ SMALLEST = 1e-14
 def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) -> tuple[float, np.ndarray]:
     """Logarithm of the condition number of the regressor with scaled columns.
 
-    Columns have norm one, or less if the scale reaches its bound: a slow joint has small columns, and scaled
-    to one its parameters would seem to be known as well as any others.
-
-    Args:
-        information: Information matrix, shape (b, b).
-        size: Largest scale of each column; infinite for a scale that is always one over the column's norm.
-        power: If finite, sums of this power over all eigenvalues replace the largest and the smallest: an
-            upper bound that is smooth if eigenvalues coincide.
+    Columns have norm one, or less if their scale reaches its bound, `size`, which may be infinite: a slow
+    joint has small columns, and scaled to one its parameters would seem to be known as well as any others. If
+    `power` is finite, sums of this power over all eigenvalues replace the largest and the smallest: an upper
+    bound that is smooth if eigenvalues coincide.
     """
     norm = np.sqrt(np.diag(information))
     scale = np.minimum(1.0 / norm, size)
@@ -43,12 +39,7 @@ def condition(information: np.ndarray, size: np.ndarray, power: float = np.inf) 
 
 
 def volume(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarray]:
-    """D-optimality: mean logarithm of the relative standard deviations along the confidence ellipsoid's axes.
-
-    Args:
-        information: Information matrix, shape (b, b).
-        size: Size of each parameter, to which standard deviations are relative.
-    """
+    """D-optimality: mean logarithm of relative standard deviations along the confidence ellipsoid's axes."""
     covariance, logarithm = _inverted(information, size)
     count = len(size)
     return 0.5 / count * logarithm, -0.5 / count * covariance * np.outer(size, size)
@@ -62,12 +53,8 @@ def average(information: np.ndarray, size: np.ndarray) -> tuple[float, np.ndarra
 def worst(information: np.ndarray, size: np.ndarray, power: float = 16.0) -> tuple[float, np.ndarray]:
     """Smooth upper bound of the logarithm of the largest standard deviation relative to parameter size.
 
-    Args:
-        information: Information matrix, shape (b, b).
-        size: Size of each parameter.
-        power: Exponent of the sum of variances that replaces the largest, smooth if two are equal. With 16
-            and forty parameters it is at most 26 % above the largest variance, or 12 % above the largest
-            standard deviation.
+    A sum of this power of the variances replaces the largest, smooth if two are equal. With 16 and forty
+    parameters it is at most 26 % above the largest variance, or 12 % above the largest standard deviation.
     """
     return _deviation(information, size, power)
 

@@ -1,22 +1,48 @@
-"""Delivery: the best series of a search, brought inside all limits."""
+"""Setting and result of a search, and the delivery of its best series, brought inside all limits."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.robot import Limits
 
+from ..clearances.clearance import Clearance
 from ..errors import Infeasible
 from ..families.fourier import Fourier
-from .clock import Clock
-from .drawn_arms import share_beyond, with_own_factor
 from .goals import Goal
 from .problem import Basis, Problem
-from .setting import SearchResult, Setting
 from .shrink import shrink_inside
-from .solve import Search
+from .solve import Clock, Search
+from .torque_bound import share_beyond, with_own_factor
 from .torque_spread import TorqueSpread
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """Constraints and shape of the trajectories to search."""
+
+    limits: Limits  # limits, finite for position, velocity, acceleration and jerk
+    harmonics: int = 12  # number of harmonics
+    periods: tuple[float, ...] = (10.0,)  # base periods that the starts take in turn [s]
+    clearances: Sequence[Clearance] = ()  # collisions and regions
+    series: int = 1  # number of trajectories that are planned together
+    tick: float = 0.002  # sampling period of the controller [s]; a base period is a multiple of it
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """Result of one start, after the exact check."""
+
+    series: tuple[Fourier, ...]  # the trajectories
+    value: float  # value of the goal, at samples `FINE` apart
+    seed: int  # seed of this start
+    # Time [s] and value of each deliverable intermediate result.
+    history: list[tuple[float, float]] = field(default_factory=list)
+    # Uncertainty of the torque, with the factor by which the series keep to the limits.
+    spread: TorqueSpread | None = None
+
 
 FINE = 0.01
 """Sampling period for the value of the result, with friction of the model [s]: a condition number is within
@@ -32,12 +58,7 @@ ASIDE = 0.1
 class Delivery:
     """The best of the series that a search offers, each brought inside all limits.
 
-    Args:
-        goal: Goal of the search.
-        setting: Limits and shape of the series.
-        basis: Basis of the coefficients.
-        report: Called with each value that improves on all before.
-        clock: Clock of the search; by default that of the computer.
+    `report` is called with each value that improves on all before.
 
     Attributes:
         takes: Cost of the last `offer`, in the clock's unit.

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadLimits, Infeasible
-from .clock import Clock, IterationClock
+from .delivery import SearchResult, Setting
 from .goals import Goal
 from .parallel import Stop, report, run_all
-from .setting import SearchResult, Setting
+from .solve import Clock, IterationClock
 from .start import one_start
 
 PAUSE = 5.0

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from contextvars import ContextVar
 from math import inf
 from multiprocessing import get_context
 from threading import current_thread, main_thread
@@ -22,12 +23,10 @@ Stop = Callable[[], bool]
 POLL = 0.2
 """Interval at which the clock is checked while tasks run [s], far below the duration of a start."""
 
-_stopping: Any = None
-"""In a process of the pool: the event that requests the end."""
-_begun: Any = None
-"""In a process of the pool: start of the first task on the clock that all processes share [s]; 0 before."""
-_reporter: Callable[[Any], None] = lambda _: None  # noqa: E731
-"""Receiver of a task's reports."""
+SHARED = ContextVar[tuple[Any, Any]]("shared by a pool")
+"""In a process of the pool: the event that requests the end, and the start of the first task on the clock
+that all processes share [s]; 0 before."""
+REPORTER = ContextVar[Callable[[Any], None]]("receiver of a task's reports", default=lambda _: None)
 
 
 def run_all(
@@ -138,32 +137,32 @@ def _gather(
 
 def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: float, rounds: int) -> Any:
     """Call work with a share of the remaining time of all tasks; this process has `rounds` tasks to come."""
-    with _begun.get_lock():
-        _begun.value = _begun.value or time.monotonic()
-    remaining = _begun.value + seconds - time.monotonic()
-    return work(*task, max(remaining, 0.0) / rounds, lambda: bool(_stopping.is_set()))
+    stopping, begun = SHARED.get()
+    with begun.get_lock():
+        begun.value = begun.value or time.monotonic()
+    remaining = begun.value + seconds - time.monotonic()
+    return work(*task, max(remaining, 0.0) / rounds, lambda: bool(stopping.is_set()))
 
 
 def report(value: Any) -> None:
     """Send a value from a task to the process that waits for it."""
-    _reporter(value)
+    REPORTER.get()(value)
 
 
 @contextmanager
 def _reporting_to(receive: Callable[[Any], None]) -> Iterator[None]:
     """Send reports of tasks in this process to `receive`."""
-    global _reporter
-    before, _reporter = _reporter, receive
+    before = REPORTER.set(receive)
     try:
         yield
     finally:
-        _reporter = before
+        REPORTER.reset(before)
 
 
 def _begin(event: Any, begun: Any, reports: Any) -> None:
     """Initialize a process of the pool, in which interrupts are ignored: the parent handles them."""
-    global _stopping, _begun, _reporter
-    _stopping, _begun, _reporter = event, begun, reports.put
+    SHARED.set((event, begun))
+    REPORTER.set(reports.put)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

@@ -7,18 +7,16 @@ import numpy as np
 
 from exidyn.identification.arm.robot import Limits
 
-from ..clearances.configurations import clear_position
+from ..clearances.clearance import clear_position
 from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..limits.usable_limits import ranges
 from .bounds import ClearanceBound, kinematic_bounds
-from .clock import Clock
-from .delivery import Delivery
+from .delivery import Delivery, SearchResult, Setting
 from .goals import Goal
 from .problem import Basis, Problem
-from .setting import SearchResult, Setting
 from .shrink import inside_kinematics, tightened, violations_of
-from .solve import Search, solve
+from .solve import Clock, Search, solve
 from .torque_bound import TorqueBound
 from .unknowns import design_model
 

@@ -37,7 +37,9 @@ class TorqueSpread:
 
     def band(self, columns: np.ndarray) -> np.ndarray:
         """Half the width of the band for a regressor of shape (t, n, p), shape (t, n) [N m]."""
-        return self.factor * self._std(columns)
+        by_unknown = columns @ self.root
+        variance = np.einsum("tjr,tjr->tj", by_unknown, by_unknown) + self.residual**2
+        return self.factor * np.sqrt(variance)
 
     def weights(self, columns: np.ndarray, joints: np.ndarray) -> np.ndarray:
         """Derivative of the band by the regressor, for one joint per sample, joints (t,); shape (t, n, p)."""
@@ -48,10 +50,6 @@ class TorqueSpread:
         weights = np.zeros_like(columns)
         weights[rows, joints] = self.factor * (by_unknown @ self.root.T) / std[:, None]
         return weights
-
-    def _std(self, columns: np.ndarray) -> np.ndarray:
-        by_unknown = columns @ self.root
-        return np.sqrt(np.einsum("tjr,tjr->tj", by_unknown, by_unknown) + self.residual**2)
 
     def for_motions(self, columns: np.ndarray) -> "TorqueSpread":
         """This spread with the factor for motions like the one with a regressor of shape (t, n, p)."""
@@ -67,10 +65,7 @@ class TorqueSpread:
     def peaks(self, model: Model, motion: Motion, nominal: np.ndarray) -> np.ndarray:
         """Largest absolute torque of each of `DRAWS` sampled arms and each joint, shape (`DRAWS`, n) [N m].
 
-        Args:
-            model: Nominal model with these parameters.
-            motion: Motion, densely sampled.
-            nominal: Nominal torque, shape (t, n) [N m].
+        The nominal model has these parameters; in a densely sampled motion its torque is `nominal`, (t, n).
         """
         drawn, peaks = self._drawn(seed=1), np.zeros((nominal.shape[1], DRAWS))
         for start in range(0, len(motion), CHUNK):
@@ -93,12 +88,9 @@ def spread_of(
 ) -> TorqueSpread | None:
     """The spread for a covariance of the parameters, shape (p, p); None if no parameter is uncertain.
 
-    Args:
-        covariance: Covariance; parameters with infinite variance count as exact, since no torque limit could
-            leave room for them.
-        share: Share of arms whose torque the band contains.
-        residual: Standard deviation of torque that no parameter explains, shape (n,) [N m].
-        columns: Regressor of a motion like the planned ones, shape (t, n, p).
+    Parameters with infinite variance count as exact, since no torque limit could leave room for them. `share`
+    and `residual` are those of `TorqueSpread`, and `columns` the regressor of a motion like the planned ones,
+    shape (t, n, p).
     """
     known = np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0.0)
     if not np.any(known):

@@ -7,8 +7,7 @@ import pytest
 
 from exidyn.drivers.errors import BadSettings
 from exidyn.drivers.kuka_rsi.config import Element, config_text, read_config, standard_config
-from exidyn.drivers.kuka_rsi.layout import layout_of
-from exidyn.drivers.kuka_rsi.settings import RsiSettings, config_of
+from exidyn.drivers.kuka_rsi.settings import RsiSettings, config_of, layout_of
 from exidyn.drivers.kuka_rsi.telegram import Answer
 from exidyn.drivers.settings import read_settings
 from exidyn.quoting import one_line

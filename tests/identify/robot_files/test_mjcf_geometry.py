@@ -7,8 +7,8 @@ import pytest
 
 from exidyn.identification.robot_files.geometry import read_geometry
 from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.trajectories.clearances.clearance import random_positions
 from exidyn.trajectories.clearances.collision import Collision
-from exidyn.trajectories.clearances.configurations import random_positions
 
 ARM = """<mujoco model="cell"><compiler angle="radian"/>
 <default><joint damping="1"/></default>

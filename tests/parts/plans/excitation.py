@@ -8,10 +8,10 @@ from exidyn.identification.effects import CoulombFriction, CurrentOffset, RigidB
 from exidyn.identification.model import Model
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.search.delivery import Setting
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.setting import Setting
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ..small import two_joints

@@ -10,9 +10,8 @@ from exidyn.identification.errors import BrokenTree, RobotError
 from exidyn.identification.robot_files.geometry import read_geometry
 from exidyn.identification.robot_files.hulls import hull
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest
+from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest, random_positions
 from exidyn.trajectories.clearances.collision import Collision
-from exidyn.trajectories.clearances.configurations import random_positions
 
 from ...parts.plans.sine_motion import SineMotion, sine_motion
 from ...parts.small import small_arm as arm

@@ -9,8 +9,8 @@ from exidyn.identification.errors import RobotError, UnknownKey
 from exidyn.identification.robot_files.geometry import read_geometry
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.robot_files.surroundings import read_surroundings, with_obstacles
+from exidyn.trajectories.clearances.clearance import clear_position, random_positions
 from exidyn.trajectories.clearances.collision import Collision
-from exidyn.trajectories.clearances.configurations import clear_position, random_positions
 from exidyn.trajectories.errors import Infeasible
 
 from ...parts.plans.clearance_checks import bound_is_proved, differences

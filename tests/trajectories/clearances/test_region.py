@@ -4,9 +4,8 @@ import pytest
 
 from exidyn.identification.errors import RobotError
 from exidyn.identification.robot_files.toml_fields import parse_toml
-from exidyn.trajectories.clearances.clearance import RESOLUTION
+from exidyn.trajectories.clearances.clearance import RESOLUTION, clear_position, random_positions
 from exidyn.trajectories.clearances.collision import Collision
-from exidyn.trajectories.clearances.configurations import clear_position, random_positions
 from exidyn.trajectories.clearances.region import HalfSpace, Region, box, read_regions
 from exidyn.trajectories.errors import BadLimits, Infeasible
 

@@ -10,9 +10,9 @@ from exidyn.identification.effects import JointSpring, SpringBalancer
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
+from exidyn.trajectories.search.delivery import Setting
 from exidyn.trajectories.search.excite import excite
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.setting import Setting
 from exidyn.trajectories.search.start import random_start
 
 from ...parts.plans.excitation import shifted

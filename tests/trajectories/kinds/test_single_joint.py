@@ -9,8 +9,7 @@ from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.kinds.rests import Workspace
-from exidyn.trajectories.kinds.single_joint import single_joint_runs
-from exidyn.trajectories.kinds.sweeps import constant_velocity_sweeps
+from exidyn.trajectories.kinds.single_joint import constant_velocity_sweeps, single_joint_runs
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.limits.usable_limits import usable

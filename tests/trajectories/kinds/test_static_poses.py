@@ -6,8 +6,8 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.effects import CoulombFriction, CurrentOffset, Hysteresis, RigidBody
 from exidyn.identification.model import Model
+from exidyn.trajectories.clearances.clearance import random_positions
 from exidyn.trajectories.clearances.collision import Collision
-from exidyn.trajectories.clearances.configurations import random_positions
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible, NothingToIdentify
 from exidyn.trajectories.kinds.rests import Workspace

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.planning.goals import learned
+from exidyn.trajectories.planning.goals import learned, torque_spread
 from exidyn.trajectories.planning.planner import plan
-from exidyn.trajectories.planning.torque_room import torque_spread
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan_check import nominal_torque
 

@@ -3,7 +3,7 @@
 import pytest
 
 from exidyn.trajectories.errors import UnknownChoice
-from exidyn.trajectories.planning.wanted import wanted_names
+from exidyn.trajectories.planning.wishes import wanted_names
 
 NAMES = "MX1R YY1R Fv1 Fc1 Off1 MX2R Fv2 Fc2 Ia2 Kr K0 gain1 gain2 MXL XXL".split()
 JOINTS = ("shoulder", "elbow")

@@ -9,8 +9,8 @@ from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.families import FAMILIES
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.families.sequence import Slowed
+from exidyn.trajectories.plans.plan import file_warnings, tightest, within
 from exidyn.trajectories.plans.plan_check import COARSEST, FINEST, jumps, nominal_torque, spacing, violations
-from exidyn.trajectories.plans.plan_limits import file_warnings, tightest, within
 
 from ...parts.plans.plans import SAMPLES, fourier, known_plan, phases
 from ...parts.small import two_joints

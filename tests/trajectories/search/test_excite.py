@@ -13,11 +13,11 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search import delivery
-from exidyn.trajectories.search.clock import IterationClock
 from exidyn.trajectories.search.criteria import volume
 from exidyn.trajectories.search.delivery import FINE, Delivery
 from exidyn.trajectories.search.excite import excite, starts_of
 from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.solve import IterationClock
 from exidyn.trajectories.search.start import (
     best_of_tries,
     largest_coefficients,
@@ -147,7 +147,7 @@ def test_a_search_of_iterations_is_the_same_on_a_slow_computer(monkeypatch, core
     search = {"starts": 2, "seed": 3, "iterations": 40}
     expected = excite(goal(), setting(), **search)
     monkeypatch.setattr("os.cpu_count", lambda: cores)
-    monkeypatch.setattr("exidyn.trajectories.search.clock.time.monotonic", count(step=100.0).__next__)
+    monkeypatch.setattr("exidyn.trajectories.search.solve.time.monotonic", count(step=100.0).__next__)
     slow = excite(goal(), setting(), **search)
     assert slow.value == expected.value
     np.testing.assert_array_equal(slow.series[0].sine, expected.series[0].sine)

@@ -1,12 +1,12 @@
 """One start of the search: better, inside, and with an answer whenever it ends."""
 
+import time
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from exidyn.identification.effects import MotionGradient
-from exidyn.trajectories.search import clock
 from exidyn.trajectories.search.bounds import kinematic_bounds
 from exidyn.trajectories.search.goals import Objective
 from exidyn.trajectories.search.problem import Problem
@@ -102,7 +102,7 @@ def test_asked_to_stop_on_the_way_it_ends_with_the_best(problem, start, search):
 
 def test_a_clock_that_runs_out_ends_it(problem, start, search, monkeypatch):
     now = iter(np.arange(0.0, 1e6))
-    monkeypatch.setattr(clock.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(time, "monotonic", lambda: next(now))
     found = solve(problem, start, seconds=8.0)
     assert inside(problem, found.unknowns)
     assert search.value < found.value <= value(problem, start)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search.drawn_arms import AIM, share_beyond, with_own_factor
 from exidyn.trajectories.search.shrink import inside_kinematics
-from exidyn.trajectories.search.torque_bound import TorqueBound
+from exidyn.trajectories.search.torque_bound import AIM, TorqueBound, share_beyond, with_own_factor
 from exidyn.trajectories.search.torque_spread import DRAWS, spread_of
 
 from ...parts.plans.excitation import goal
