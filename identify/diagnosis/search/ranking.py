@@ -70,7 +70,9 @@ def ranked(
 
 
 def _asked(
-    problem: Problem, prediction: Prediction, wanted: Callable[[Candidate, np.ndarray], bool]
+    problem: Problem,
+    prediction: Prediction,
+    wanted: Callable[[Candidate, Sequence[int] | np.ndarray], bool],
 ) -> tuple[Pairs, list[Answer]]:
     """Candidates that `wanted` accepts, and their answers.
 
