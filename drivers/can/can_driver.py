@@ -178,7 +178,8 @@ class CanDriver(Driver, Generic[Round]):
     def _set_target(self, talk: Round, command: Command) -> None:
         """Make a command the next target."""
 
-    def _check_answers(self, talk: Round) -> None:  # noqa: B027 - MIT motors have theirs checked at once
+    @abstractmethod
+    def _check_answers(self, talk: Round) -> None:
         """Check the answers for faults, while joints are commanded and not stopped."""
 
     @abstractmethod
