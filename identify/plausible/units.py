@@ -203,7 +203,8 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
             fast, reach = seen.speed * scale / TIME[time], seen.reach * scale
             base += motion_odds(fast * kind, reach * kind, robot)
         base += encoder_odds(seen.step[robot.revolute], scale[robot.revolute])
-        rates = {unit: known.get(_named(unit, place), 1.0) for unit in angles}
+        # Percent of travel belongs to all joints.
+        rates = {unit: known.get(unit if unit == TRAVEL else pair(unit)[place], 1.0) for unit in angles}
         rates |= {"rpm": np.pi / 30} if turning else {}
         for velocity, rate in rates.items():
             value = base + _stated(velocity, _rate_of(stated.velocity, position), rates)
@@ -228,11 +229,6 @@ def with_fixed(odds: dict[Units, float], fixed: Units) -> dict[Units, float]:
         )
     }
     return kept or odds
-
-
-def _named(unit: str, place: int) -> str:
-    """Unit of one kind of joints in a unit of positions; percent of travel belongs to all joints."""
-    return unit if unit == TRAVEL else pair(unit)[place]
 
 
 def _rate_of(velocity: str, position: str) -> str:

@@ -104,7 +104,10 @@ class _Along(NamedTuple):
         slides = np.concatenate([trace.weight[:, joint] for trace in traces]) > 0
         used = slides & np.isfinite(x) & np.all(np.isfinite(slopes), axis=1)
         turned = slopes * np.sign(velocity)[:, None] if axis.braking else slopes
-        return cls(x[used], turned[used], _bins(x[used]))
+        x, turned = x[used], turned[used]
+        # bins of equal size
+        bins = np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // FEWEST, 1, BINS)))
+        return cls(x, turned, bins)
 
     def means(self, groups: Sequence[np.ndarray]) -> tuple[list[float], np.ndarray]:
         """Means of axis values and slopes over each group of rows."""
@@ -135,11 +138,6 @@ def _over(
     points = _points(labels, places, at, finding, covariance)
     drawn = _points(("",) * len(middles), middles, curve, finding, covariance)
     return Size(finding.joint, 0.0, 0.0, name, points, drawn, change)
-
-
-def _bins(x: np.ndarray) -> list[np.ndarray]:
-    """Indices of the rows in bins of equal size."""
-    return np.array_split(np.argsort(x, kind="stable"), int(np.clip(len(x) // FEWEST, 1, BINS)))
 
 
 def _targets(x: np.ndarray, axis: Axis) -> tuple[float, ...]:
