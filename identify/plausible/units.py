@@ -207,7 +207,9 @@ def unit_odds(seen: Moves, robot: Robot, values: np.ndarray, stated: Units) -> d
         rates = {unit: known.get(unit if unit == TRAVEL else pair(unit)[place], 1.0) for unit in angles}
         rates |= {"rpm": np.pi / 30} if turning else {}
         for velocity, rate in rates.items():
-            value = base + _stated(velocity, _rate_of(stated.velocity, position), rates)
+            # Without a stated unit, velocities are expected in that of positions.
+            alike = stated.velocity in ("", *position.split())
+            value = base + _stated(velocity, position if alike else stated.velocity, rates)
             if np.isfinite(seen.ratio):
                 matching = position == velocity
                 expected = TIME[time] * (1.0 if matching else rate / float(np.median(scale)))
@@ -229,11 +231,6 @@ def with_fixed(odds: dict[Units, float], fixed: Units) -> dict[Units, float]:
         )
     }
     return kept or odds
-
-
-def _rate_of(velocity: str, position: str) -> str:
-    """Stated unit of velocities, else that of positions, completed by the pair of the positions."""
-    return position if velocity in ("", *position.split()) else velocity
 
 
 def _is_unusual(robot: Robot, unit: str) -> bool:

@@ -129,8 +129,12 @@ class Problem:
 
     def with_candidates(self, more: Iterable[Candidate]) -> "Problem":
         """This problem with further candidates, except those that it has."""
-        present = {(candidate.key, *candidate.shape.items()) for candidate, _ in self.candidates}
-        fresh = [candidate for candidate in more if (candidate.key, *candidate.shape.items()) not in present]
+
+        def identity(candidate: Candidate) -> tuple[object, ...]:
+            return candidate.key, candidate.names, *candidate.shape.items()
+
+        present = {identity(candidate) for candidate, _ in self.candidates}
+        fresh = [candidate for candidate in more if identity(candidate) not in present]
         added = [(candidate, Thinned.of(candidate, self.runs)) for candidate in fresh]
         self.formed.update(added)
         return replace(self, candidates=[*self.candidates, *added]) if added else self

@@ -84,7 +84,6 @@ def test_a_base_that_leans_is_reported_with_its_angle():
     assert abs(abs(zero.values[0]) - 0.03) < 2e-3
 
 
-@pytest.mark.long
 def test_an_arm_that_is_mounted_otherwise_is_found_with_the_direction_of_gravity():
     angle = 130.0
     stated, turn = nominal_model(), np.deg2rad(angle)
