@@ -63,7 +63,8 @@ def ranked(
         candidate = top[place].candidate
         grid = [pair for pair in pairs if pair[0].key == candidate.key]
         fine = refined(prediction, top[place], problem.runs, grid if candidate.among == 1 else ())
-        top[place] = shapes[candidate.key] = fine
+        top[place] = fine
+        shapes[candidate.key] = shapes.get(candidate.key, fine) if fine.strange else fine
     ranking = sorted([*top, *best[COLORED:]], key=lambda answer: -answer.gain)
     first = {answer.candidate.key: answer for answer in reversed(ranking) if not answer.strange}
     return [answer for answer in ranking if first.get(answer.candidate.key) is answer]
