@@ -64,7 +64,7 @@ def fitted(then: str, folder: Path, name: str) -> Case:
         failed = f"identify: {done.err.strip()}"
         return {"failed": failed, "refused": [f"{name}: {failed}"]}
     table = json.loads((fit / "fit.json").read_text())
-    return {"residual": float(np.median(table["agreement"][0]["relative"]))}
+    return {"residual": float(np.nanmedian(np.array(table["agreement"][0]["relative"], float)))}
 
 
 QUICK_MISTAKES = ("currents of joints 2 and 3 exchanged", "currents in mA")

@@ -29,7 +29,7 @@ dashboard_port = {}
 WALKS = {
     "CSV log to fit": ("import log.csv --robot robot.toml --degrees", "identify log.mcap -o fit"),
     "two runs to diagnosis": ("diagnose first.mcap --validate second.mcap --robot robot.toml -o diagnosis",),
-    "fit and two runs to one page": ("report fit first.mcap second.mcap",),
+    "fit and two runs to one page": ("view fit first.mcap second.mcap",),
     "one cycle, mock": (f"{RECORD} --driver mock -o mock.mcap",),
     "one cycle, UR's socket": (f"{RECORD} --controller cell.toml -o ur.mcap",),
 }

@@ -69,19 +69,19 @@ class Prediction:
             fitted + 0.0 * counts,
             np.ones(counts.shape[1]),
         )
-        for turn in range(TURNS):
-            now = cls(rows, blocks, rate, sums, weighting)
+        for turn in range(TURNS + 1):
+            now = cls(rows, blocks, rate, sums, weighting, nominal)
             variance = rows.row_variance(np.sum(now.errors * weighting.trust, axis=0) / total + 1e-30)
             settled = np.all(np.abs(np.log(variance / weighting.variance)) < SETTLED)
+            first = turn == 0 and similar is None
+            if turn == TURNS or (settled and not first):
+                break
             # Held-out runs must not influence the weights of fitted runs.
             residual = sums.in_sequence(sums.residual(now.values) * fitted[:, :, None])
             independent = independent_share(residual, rows.runs, rate)
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
-            first = turn == 0 and similar is None
             weighting = Weighting(variance, weighting.trust if first else trusted, independent)
-            if settled and not first:
-                break
-        return cls(rows, blocks, rate, sums, weighting, nominal)
+        return now
 
     @property
     def joints(self) -> int:

@@ -25,6 +25,11 @@ class Fitted:
     mean: np.ndarray  # prior mean, shape (i, p)
     possible: np.ndarray  # whether physics allows the candidate, shape (i,)
 
+    def only(self, chosen: np.ndarray) -> "Fitted":
+        """The chosen candidates alone, by index."""
+        arrays = (self.values, self.free, self.precision, self.mean, self.possible)
+        return Fitted(*(array[chosen] for array in arrays))
+
     def possible_where(self, possible: np.ndarray) -> "Fitted":
         """A copy in which only the marked candidates (i,) remain possible."""
         here = possible[:, None]

@@ -63,6 +63,18 @@ class Eliminated:
         whitened, eliminated = products @ prediction.root.T, right - products @ prediction.values
         return cls(prediction, by_joint, products, whitened, matrix - gram(whitened), eliminated)
 
+    def only(self, chosen: np.ndarray) -> "Eliminated":
+        """The chosen candidates alone, by index."""
+        acting = {joint: ActingOn(*(array[:, chosen] for array in own)) for joint, own in self.acting.items()}
+        arrays = (self.products, self.whitened, self.matrix, self.right)
+        return Eliminated(self.prediction, acting, *(array[chosen] for array in arrays))
+
+    def gain(self, fits: Fitted) -> np.ndarray:
+        """Gain in log probability of the fitted blocks and all priors with the fitted coefficients, (i,)."""
+        values, deviations = fits.values, fits.values - fits.mean
+        explained = np.einsum("ip,ip->i", values, self.right - 0.5 * (self.matrix @ values[..., None])[..., 0])
+        return np.asarray(explained - 0.5 * np.sum(fits.precision * deviations**2, axis=1))
+
     def decrease(self, coefficients: np.ndarray) -> np.ndarray:
         """Decrease of the unknowns, shape (i, b), with coefficients (i, p)."""
         return combined(coefficients, self.whitened) @ self.prediction.root

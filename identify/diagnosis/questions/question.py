@@ -42,7 +42,15 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
     """Answers of candidates with as many columns on the same joints."""
     eliminated = Eliminated.of(prediction, [columns for _, columns in alike])
     fits, relief = _fitted(eliminated, alike)
-    errors, along, size = _compared(prediction, *eliminated.compared(fits))
+    shape = (len(alike), *prediction.errors.shape)
+    errors, along, size = np.tile(prediction.errors, (len(alike), 1, 1)), np.zeros(shape[:2]), np.zeros(shape[:2])
+    # Akaike's estimate of the gain in left-out blocks; without any, the blocks need not be left out in turn.
+    expected = eliminated.gain(fits) - fits.free.sum(axis=1)
+    chosen = np.flatnonzero(fits.possible & (expected > 0.0))
+    if len(chosen):
+        compared = eliminated.only(chosen).compared(fits.only(chosen))
+        errors[chosen], along[chosen], size[chosen] = _compared(prediction, *compared)
+    relief = np.where(expected > 0.0, relief, np.minimum(relief, 0.0))
     share = prediction.weighting.independent
     gains = prediction.log_probability(errors, share) - prediction.log_probability_now
     return [

@@ -62,7 +62,8 @@ def search_both(
     if brief:
         return freely, _beliefs(freely, described_model)
     described = freely.problem.with_priors(described_model)
-    if _may_hold(described, freely) and (chosen := _chosen(search(described, freely), freely)):
+    start = _without_absorbing(described, freely)
+    if _may_hold(described, start) and (chosen := _chosen(search(described, start, brief=True), freely)):
         result, without = chosen
         result = with_shown(result)
         return result, _beliefs(result, described_model, without)
@@ -77,6 +78,30 @@ def with_tolerance(model: Model, tolerance: float | None) -> Model:
         model.robot, inertial_tolerance=FREE if tolerance is None else tolerance, inertias_stated=stated
     )
     return replace(model, robot=robot)
+
+
+def _without_absorbing(described: Problem, freely: SearchResult) -> SearchResult:
+    """The result without findings that would take the place of what free bodies absorb."""
+    prediction = described.prediction(answers_of(freely.selected), freely.prediction)
+    changed = _changed(freely.selected, freely.prediction, prediction)
+    kept = tuple(finding for finding in freely.selected if finding not in changed)
+    return replace(freely, selected=kept)
+
+
+def _changed(selected: Sequence[Selected], freely: Prediction, described: Prediction) -> list[Selected]:
+    """Findings whose torque differs by more than a residual between two predictions that contain them.
+
+    Any curve of a joint can take the place of a spring that free bodies absorb.
+    """
+    counts = [len(finding.answer.values) for finding in selected]
+    difference = described.values[len(described.values) - sum(counts) :]
+    difference = difference - freely.values[len(freely.values) - sum(counts) :]
+    residual, changed = freely.power(freely.errors, freely.blocks.fitted), []
+    for finding, change in zip(selected, np.split(difference, np.cumsum(counts, dtype=int)), strict=False):
+        torque = finding.answer.columns.values @ change
+        if np.any(np.mean(torque**2, axis=0) > residual[finding.answer.columns.joints]):
+            changed.append(finding)
+    return changed
 
 
 def _may_hold(described: Problem, freely: SearchResult) -> bool:
@@ -113,16 +138,16 @@ def _chosen(result: SearchResult, freely: SearchResult) -> tuple[SearchResult, P
 
 
 def _absorbed(result: SearchResult, freely: SearchResult) -> list[Selected]:
-    """Findings that are not credible with free bodies, given all others."""
+    """Findings that are not credible with free bodies, given all others, or give another torque there."""
     problem, present = freely.problem.with_load_of(result.problem), keys_of(freely.selected)
-    selected = result.selected
-    total = total_prior(problem)
-    absorbed = []
+    selected, total = result.selected, total_prior(problem)
+    with_all = problem.prediction(answers_of(selected), freely.prediction)
+    absorbed = _changed(selected, with_all, result.prediction)
     for finding in selected:
-        if finding.once or finding.answer.candidate.key in present:
+        if finding.once or finding.answer.candidate.key in present or finding in absorbed:
             continue
         others = answers_of([other for other in selected if other is not finding])
-        answer = answer_beside(problem, finding.answer, others, problem.prediction(others))
+        answer = answer_beside(problem, finding.answer, others, with_all)
         if answer is None or answer.odds + log_prior(answer, total) < CERTAIN_ODDS:
             absorbed.append(finding)
     return absorbed

@@ -304,6 +304,17 @@ def test_priors_that_a_candidate_relieves_support_it_as_far_as_they_were_straine
     assert all(abs(one.relief) < 1e-9 for one in ask(unknown, [pair]))
 
 
+def test_columns_that_noise_explains_as_well_are_not_compared_block_by_block():
+    given, _, random = system(0)
+    given, pair = question("one joint", given, random)
+    noise = [asked(random.normal(size=(COUNT, 1, 1)), (1,)) for _ in range(40)]
+    *idle, answer = ask(predicted(given, blocks(LENGTHS)), [*noise, pair])
+    assert answer.gain > 10.0
+    skipped = [one for one in idle if not np.any(one.gains)]
+    assert len(skipped) > 20
+    assert all(one.gain <= 0.0 and np.all(one.errors == one.predicted) for one in skipped)
+
+
 def test_rows_that_repeat_the_same_count_once_beside_a_prior():
     random = np.random.default_rng(12)
     column, noise = np.repeat(random.normal(size=(2, 1600, 1)), 8, axis=1)

@@ -1,0 +1,31 @@
+"""Bodies as described beside free ones, which can absorb a spring."""
+
+import numpy as np
+import pytest
+
+from exidyn.identification.diagnosis.diagnose import diagnose
+
+from ...parts.small import two_joints
+from ...parts.small.small_diagnosis import nominal_model
+from ...parts.small.small_search import record
+
+pytestmark = pytest.mark.slow
+
+
+def with_spring(role, motion, current):
+    """A spring of 40 N m along the first joint, and a bump of 3 N m that no body gives."""
+    angle = motion.position[:, 0]
+    torque = 40.0 * np.sin(angle) + 3.0 * np.exp(-(((angle - 0.2) / 0.25) ** 2))
+    return current + np.outer(torque / two_joints.GAIN[0], [1.0, 0.0])
+
+
+def test_a_spring_that_free_bodies_absorb_is_found_although_a_curve_is_found_beside_them():
+    found = diagnose(nominal_model(), record(change=with_spring))
+    spring = found.findings[0]
+    assert (spring.effect, spring.joints) == ("spring_balancer", (0,))
+    # 40 N m over the recorded range, less what the stated bodies may still take.
+    assert 20.0 < spring.parameters["torque_most"].value < 40.0
+    assert found.beliefs.conditional[0] == 0
+    [shoulder] = [one for one in found.beliefs.absorbed_by if one.joint == 0]
+    assert shoulder.parameter == "MZ1"
+    assert shoulder.deviations > 100.0
