@@ -31,7 +31,8 @@ ALIKE = 1.02
 """Ratio of two residuals that still counts as noise [-]."""
 RESTORED = 0.9
 """Share of the additional squared residual of bodies as described that a finding must explain to be named
-beside free bodies [-]: what it leaves is then less than a tenth of what it explains."""
+beside free bodies [-]: what it leaves is then less than a tenth of what it explains. A squared residual that
+is a tenth larger than with free bodies counts as theirs."""
 HALF = 0.5
 """Share of the same that the first of these findings must explain [-]: else at least three are needed."""
 BODIES = 2
@@ -117,16 +118,20 @@ def _may_hold(described: Problem, freely: SearchResult) -> bool:
 def _chosen(result: SearchResult, freely: SearchResult) -> tuple[SearchResult, Prediction] | None:
     """The result with bodies as described, and the fit of free bodies without what they absorb.
 
-    None if the description does not hold: too many bodies differ from it, or no finding restores it. Findings
-    that free bodies absorb are marked; one that explains a small part of what the description leaves is
-    unproven.
+    None if the description does not hold: too many bodies differ from it, no finding restores a joint, or the
+    findings together do not restore all joints. Findings that free bodies absorb are marked; one that
+    explains a small part of what the description leaves is unproven.
     """
     bodies = [finding for finding in result.selected if is_body(finding.answer.candidate)]
     absorbed = _absorbed(result, freely)
     free = freely.problem.with_load_of(result.problem)
     without = free.prediction([finding.answer for finding in result.selected if finding not in absorbed])
     restoring = [finding for finding in absorbed if _restores(result, finding, without)]
-    if len(bodies) > BODIES or not restoring:
+    before, after, freed = (
+        _residual(prediction) ** 2 for prediction in (result.without_findings, result.prediction, without)
+    )
+    holds = (RESTORED * after <= freed) | (before - after >= RESTORED * (before - freed))
+    if len(bodies) > BODIES or not restoring or not np.all(holds):
         return None
     selected = tuple(
         finding._replace(conditional=finding in absorbed, proven=finding.proven and finding in restoring)
