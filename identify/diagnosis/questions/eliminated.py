@@ -72,8 +72,8 @@ class Eliminated:
     def gain(self, fits: Fitted) -> np.ndarray:
         """Gain in log probability of the fitted blocks and all priors with the fitted coefficients, (i,)."""
         values, deviations = fits.values, fits.values - fits.mean
-        explained = np.einsum("ip,ip->i", values, self.right - 0.5 * (self.matrix @ values[..., None])[..., 0])
-        return np.asarray(explained - 0.5 * np.sum(fits.precision * deviations**2, axis=1))
+        right = self.right - 0.5 * (self.matrix @ values[..., None])[..., 0]
+        return np.asarray(np.sum(values * right - 0.5 * fits.precision * deviations**2, axis=1))
 
     def decrease(self, coefficients: np.ndarray) -> np.ndarray:
         """Decrease of the unknowns, shape (i, b), with coefficients (i, p)."""

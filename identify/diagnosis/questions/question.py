@@ -42,8 +42,8 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
     """Answers of candidates with as many columns on the same joints."""
     eliminated = Eliminated.of(prediction, [columns for _, columns in alike])
     fits, relief = _fitted(eliminated, alike)
-    shape = (len(alike), *prediction.errors.shape)
-    errors, along, size = np.tile(prediction.errors, (len(alike), 1, 1)), np.zeros(shape[:2]), np.zeros(shape[:2])
+    errors = np.tile(prediction.errors, (len(alike), 1, 1))
+    along, size = np.zeros((2, *errors.shape[:2]))
     # Akaike's estimate of the gain in left-out blocks; without any, the blocks need not be left out in turn.
     expected = eliminated.gain(fits) - fits.free.sum(axis=1)
     chosen = np.flatnonzero(fits.possible & (expected > 0.0))
