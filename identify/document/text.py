@@ -38,15 +38,19 @@ def text(document: Document) -> str:
 def brief_text(document: Document, room: int) -> str:
     """The short form of the document as text of at most `room` lines, as far as sentences can be left out.
 
-    Tables, the first sentence, and what was asked for in addition are shown in full; the number of left-out
-    sentences is stated.
+    Tables, verdicts, the first sentence, and what was asked for in addition are shown in full; the number of
+    left-out sentences is stated.
     """
-    parts = {place: _lines(b) for place, b in enumerate(document.brief) if not isinstance(b, Statements)}
-    tables = [place for place, block in enumerate(document.brief) if isinstance(block, Table)]
-    # The title, its rule, the number of left-out sentences, tables, and a blank line before each.
-    used = 3 + sum(1 + len(parts[place]) for place in tables)
+    whole = [not isinstance(block, Statements) or block.style == "verdict" for block in document.brief]
+    parts = {place: _lines(b) for place, b in enumerate(document.brief) if whole[place]}
+    # The title, its rule, the number of left-out sentences, and a blank line before each block.
+    used = 3 + sum(
+        1 + len(lines)
+        for place, lines in parts.items()
+        if isinstance(document.brief[place], Table | Statements)
+    )
     for place, block in enumerate(document.brief):
-        if isinstance(block, Statements):
+        if isinstance(block, Statements) and not whole[place]:
             shown, left_out = _fitting(block, room - used)
             used += len(shown)
             parts[place] = [*shown, *([f"  and {left_out} more: --full"] if left_out else [])]

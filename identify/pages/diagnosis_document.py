@@ -30,9 +30,9 @@ def diagnosis_document(shown: Shown) -> Document:
         ("Search time", f"{diagnosis.seconds:.1f} s, reading files not counted"),
     ]
     sections = [Section("verdict", "Verdict", verdict_blocks(shown)), *detail_sections(shown)]
-    [said, table, *rest] = verdict_blocks(shown)
-    warned = [block for block in rest if isinstance(block, Statements)]
-    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts, [said, table, *warned])
+    [said, _, *rest] = verdict_blocks(shown)
+    brief = [said, findings_table(diagnosis, brief=True), *(b for b in rest if isinstance(b, Statements))]
+    return Document(f"Diagnosis of {diagnosis.name}", "", sections, facts, brief)
 
 
 def report_html(diagnosis: Diagnosis, folder: str = "") -> str:

@@ -17,16 +17,27 @@ from ..text_table import percent
 
 SHORT = 10
 """Length of the longest name of a joint that a column of the table holds; longer ones are numbers."""
+SMALL = 0.05
+"""Share of a joint's squared residual below which the short table leaves out an undecided finding [-]: the
+residual changes by less than its fortieth part."""
 GAIN = "{}: part of the joint's squared residual that the finding explains."
 
 
-def findings_table(diagnosis: Diagnosis) -> Table:
-    """One row for each finding and unexplained residual of a joint; joints without any have one row."""
-    rows: list[list[Cell]] = []
+def findings_table(diagnosis: Diagnosis, brief: bool = False) -> Table:
+    """One row for each finding and unexplained residual of a joint; joints without any have one row.
+
+    The short table has one row for all undecided findings that explain little.
+    """
+    rows, listed, least = list[list[Cell]](), set[int](), SMALL if brief else 0.0
     for joint, name in enumerate(joint_names(diagnosis)):
-        found = [*_of_findings(diagnosis, joint), *_unexplained(diagnosis, joint)] or [("-", "", "")]
+        shown = list(_of_findings(diagnosis, joint, least))
+        listed |= {id(finding) for finding, _ in shown}
+        found = [*(cells for _, cells in shown), *_unexplained(diagnosis, joint)] or [("-", "", "")]
         starts = [(name, _residual(diagnosis, joint)), *[("", "")] * (len(found) - 1)]
         rows += [[*start, *cells] for start, cells in zip(starts, found, strict=True)]
+    left_out = [f for f in diagnosis.all_findings if joints_listed(diagnosis, f) and id(f) not in listed]
+    if left_out:
+        rows.append(["", "", f"{len(left_out)} smaller undecided: --full", "", ""])
     unit = f" [{_unit}]" if (_unit := _shared_unit(diagnosis)) else ""
     return Table(
         ["joint", f"residual{unit}", "finding: size", "probability", gain_title(diagnosis)], rows, (2,)
@@ -56,26 +67,32 @@ def _residual(diagnosis: Diagnosis, joint: int) -> Cell:
     return Numbers("{} -> {}", (Number(known.before[joint], 3), Number(known.after[joint], 3, unit)))
 
 
-def _of_findings(diagnosis: Diagnosis, joint: int) -> Iterator[tuple[str, str, str]]:
-    """Cells of the findings that explain a part of a joint's residual, the largest part first."""
+def _of_findings(
+    diagnosis: Diagnosis, joint: int, least: float
+) -> Iterator[tuple[Finding, tuple[str, str, str]]]:
+    """Findings that explain a part of a joint's residual, with their cells, the largest part first."""
     explained = [(shares(diagnosis, finding)[joint], finding) for finding in diagnosis.all_findings]
-    listed = [(part, finding) for part, finding in explained if joint in joints_listed(diagnosis, finding)]
-    for part, finding in sorted(listed, key=lambda pair: -np.nan_to_num(pair[0])):
-        first = joints_listed(diagnosis, finding)[0]
+    for part, finding in sorted(explained, key=lambda pair: -np.nan_to_num(pair[0])):
+        joints = joints_listed(diagnosis, finding, least)
         gain = "" if np.isnan(part) else _short(float(part), 2) if part >= LEAST else "none"
-        if joint == first:
-            yield _finding_words(diagnosis, finding), _probability(diagnosis, finding), gain
-        else:
+        if joint in joints[:1]:
+            words, probability = _finding_words(diagnosis, finding), _probability(diagnosis, finding)
+            yield finding, (words, probability, gain)
+        elif joint in joints:
             name = "undecided" if finding in diagnosis.undecided else effect_words(finding.effect)
-            where = joint_names(diagnosis)[first]
-            yield f"{name}, as on {f'joint {where}' if where.isdigit() else where}", "", gain
+            where = joint_names(diagnosis)[joints[0]]
+            yield finding, (f"{name}, as on {f'joint {where}' if where.isdigit() else where}", "", gain)
 
 
-def joints_listed(diagnosis: Diagnosis, finding: Finding) -> list[int]:
-    """Joints of which a finding explains a part; if it explains none, the one that shows a named one best."""
-    explained = shares(diagnosis, finding)
-    joints = [int(joint) for joint in np.flatnonzero(explained >= LEAST)]
-    shown = finding in diagnosis.findings or bool(np.any(np.isnan(explained)))
+def joints_listed(diagnosis: Diagnosis, finding: Finding, least: float = 0.0) -> list[int]:
+    """Joints of which a finding explains a part; if it explains none, the one that shows a named one best.
+
+    Of an undecided finding, the part is at least `least`.
+    """
+    explained, named = shares(diagnosis, finding), finding in diagnosis.findings
+    enough = LEAST if named else max(LEAST, least)
+    joints = [int(joint) for joint in np.flatnonzero(explained >= enough)]
+    shown = named or bool(np.any(np.isnan(explained)))
     return joints or ([clearest_joint(diagnosis, finding)] if shown else [])
 
 
