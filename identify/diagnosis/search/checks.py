@@ -64,10 +64,9 @@ def without_harmful(
     whose removal improves the worst joint most, until no joint is worse. Then each removed finding, the most
     certain first, is restored if it does no harm given the others, in its own shape or in another one.
     """
-    allowed = WORSE**2 * np.maximum(_held_out(problem, [], without_findings), 1.0)
 
     def worst(findings: Sequence[Selected]) -> float:
-        return float(np.max(_held_out(problem, findings, without_findings) / allowed, initial=0.0))
+        return float(np.max(_held_out(problem, findings, without_findings), initial=0.0)) / WORSE**2
 
     removed = list[Selected]()
     while worst(selected) > 1.0 and (
@@ -89,8 +88,7 @@ def without_harmful(
 
 def harmful(problem: Problem, findings: Sequence[Selected], without_findings: Prediction) -> bool:
     """Whether a held-out joint is predicted worse with these findings than by the baseline."""
-    allowed = WORSE**2 * np.maximum(_held_out(problem, [], without_findings), 1.0)
-    return bool(np.any(_held_out(problem, findings, without_findings) > allowed))
+    return bool(np.any(_held_out(problem, findings, without_findings) > WORSE**2))
 
 
 def _in_another_shape(
@@ -113,27 +111,12 @@ def _in_another_shape(
     return None
 
 
-def nominal_if_better(
-    problem: Problem, findings: Sequence[Selected], without_findings: Prediction
-) -> Problem:
-    """The problem with nominal parameters, if the fitted ones predict a held-out joint worse."""
-    worst = np.max(_held_out(problem, findings, without_findings), initial=0.0) if findings else 0.0
-    if worst <= WORSE**2:
-        return problem
-    nominal = problem.at_nominal()
-    return nominal if np.max(_held_out(nominal, findings, without_findings)) < worst else problem
-
-
 def _held_out(problem: Problem, findings: Sequence[Selected], without_findings: Prediction) -> np.ndarray:
     """Squared held-out residual of each joint relative to the baseline, (n,); empty without held-out runs."""
-    held_out = ~problem.blocks.fitted
-    if not np.any(held_out):
+    if np.all(held_in := problem.blocks.fitted):
         return np.zeros(0)
-    nominal = without_findings.sums.errors(
-        np.tile(problem.nominal_unknowns(without_findings), (len(held_out), 1))
+    after, before = (
+        prediction.power(prediction.errors, ~held_in)
+        for prediction in (problem.prediction(answers_of(findings)), without_findings)
     )
-    baseline = np.minimum(
-        without_findings.power(without_findings.errors, held_out), without_findings.power(nominal, held_out)
-    )
-    prediction = problem.prediction(answers_of(findings))
-    return prediction.power(prediction.errors, held_out) / baseline
+    return after / before

@@ -13,9 +13,8 @@ import pinocchio as pin
 
 from ...effects import TorqueCurve
 from ...model import Model
-from ...positive_definite import solve
 from ..blocks.blocks import BlockRows, Blocks
-from ..blocks.prediction import CERTAIN, Prediction, factored
+from ..blocks.prediction import Prediction
 from ..candidates import candidates
 from ..candidates.bodies import with_found
 from ..candidates.contact_event import FlangeTorque
@@ -23,7 +22,7 @@ from ..candidates.curves import curve
 from ..questions.block_answer import Answer
 from ..questions.candidate import Candidate, Thinned
 from ..runs.driven import Driven
-from ..runs.rows import CLOCK, REVERSAL, Rows, model_rows, with_nuisances
+from ..runs.rows import Rows, model_rows, with_nuisances
 from ..runs.usable import HELD_OUT
 from .mismatch import Place, mismatches, splines_of, unknowns_of
 
@@ -31,9 +30,6 @@ ALIKE = 2e-3
 """Relative change of a load that is ignored [-]: it shifts the crossing of backlash by a few milliseconds."""
 RECENT = 4
 """Number of predictions in the cache, of tens of megabytes each."""
-FREE = (REVERSAL, CLOCK)
-"""Prefixes of the nuisances that are fitted even where the model is held at its nominal values."""
-
 Pairs = list[tuple[Candidate, Thinned]]
 
 
@@ -242,27 +238,6 @@ class Problem:
     def _sums(self) -> BlockRows:
         """Rows without findings, arranged by block, which all predictions share."""
         return BlockRows.of(self.rows, self.blocks)
-
-    @property
-    def stated(self) -> np.ndarray:
-        """Which unknowns of its rows have a nominal value in the model, shape (b,)."""
-        guesses = [effect for effect in self.model.effects if effect.guessed]
-        guessed = {parameter.name for effect in guesses for parameter in effect.parameters(self.model.robot)}
-        free = np.array([name in guessed or name.startswith(FREE) for name in self.rows.names])
-        if not self.model.robot.inertias_stated:
-            free[: len(self.model.names)] = True
-        return ~free & np.isfinite(self.rows.std)
-
-    def at_nominal(self) -> "Problem":
-        """This problem with every stated unknown held at its nominal value."""
-        return replace(self, rows=replace(self.rows, std=np.where(self.stated, CERTAIN, self.rows.std)))
-
-    def nominal_unknowns(self, without_findings: Prediction) -> np.ndarray:
-        """Unknowns (b,) of the nominal model without findings; those without a nominal value are fitted."""
-        rows = without_findings.rows
-        matrix, right = without_findings.normal
-        precision = np.where(self.stated, CERTAIN**-2.0, 0.0)
-        return solve(factored(matrix + np.diag(precision)), right + precision * rows.mean)
 
     def excluding(self, excluded: np.ndarray) -> "Problem":
         """This problem without the marked rows (r,), which are neither fitted nor predicted."""

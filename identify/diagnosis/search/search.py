@@ -13,7 +13,7 @@ from ..questions.comparison import seeing
 from ..questions.question import ask
 from ..questions.shape import refined
 from .additions import at_own_load, formula_first, material_answers, with_additions, without_idle_curves
-from .checks import checked_by_held_out, harmful, nominal_if_better, with_refined_shape
+from .checks import checked_by_held_out, harmful, with_refined_shape
 from .held_out import proven, shown_by_held_out, supported
 from .objective import advantage
 from .problem import Problem
@@ -68,7 +68,6 @@ def search(problem: Problem, start: SearchResult | None = None, brief: bool = Fa
         selected, out = checked, out | gone
         if not gone:
             break
-    problem = nominal_if_better(problem, selected, without_findings)
     selected = proven(problem, selected)
     prediction = problem.prediction(answers_of(selected))
     return SearchResult(problem, tuple(selected), prediction, without_findings, shapes, frozenset(out))
