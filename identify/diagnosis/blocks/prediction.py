@@ -222,7 +222,7 @@ class Prediction:
     @cached_property
     def residual(self) -> np.ndarray:
         """Residual of the fit, shape (r, n) [N m]."""
-        return self.rows.difference - self.rows.columns @ self.values
+        return self.rows.difference - self.rows.torque(self.values)
 
     @cached_property
     def left_out_residual(self) -> np.ndarray:

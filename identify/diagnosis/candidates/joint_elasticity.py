@@ -176,7 +176,7 @@ def _as_gear(model: Model, twists: Prediction, answer: Answer) -> Answer:
 def _left_out(twists: Prediction, answer: Answer) -> Iterator[float]:
     """Compliance estimated without each block, for the jackknife."""
     [joint] = answer.columns.joints
-    unknowns = twists.rows.columns[:, joint][:, twists.sums.acting[joint]]
+    unknowns = twists.rows.columns_at(twists.sums.acting[joint])[:, joint]
     columns = np.column_stack([unknowns, answer.columns.values[:, 0]])
     for rows in twists.blocks.rows:
         used = twists.rows.weight[:, joint] > 0

@@ -59,6 +59,11 @@ class Rows:
                 chosen.append(part if len(here) == part.shape[2] else part[:, :, here])
         return np.concatenate(chosen[1:], axis=2) if len(chosen) > 2 else chosen[-1]
 
+    def torque(self, values: np.ndarray) -> np.ndarray:
+        """Torque of unknowns (b,), shape (r, n) [N m]."""
+        own = np.split(values, np.cumsum([part.shape[2] for part in self.parts])[:-1])
+        return np.sum([part @ some for part, some in zip(self.parts, own, strict=True)], axis=0)
+
     @property
     def limited(self) -> np.ndarray:
         """Indices of the unknowns that physics limits."""
@@ -253,13 +258,14 @@ def _identified_with(model: Model, rows: Rows) -> np.ndarray:
     unchanged. The joints are weighted by the inverse of their usual torque.
     """
     count = len(model.names)  # the first unknowns of any rows
-    torque = rows.columns[:, :, :count] @ model.nominal_values
+    own = rows.columns_at(np.arange(count))
+    torque = own @ model.nominal_values
     subset = slice(None, None, max(1, len(torque) // ENOUGH))
     weight = rows.weight[subset] / np.maximum(np.sqrt(np.mean(torque**2, axis=0)), np.finfo(float).tiny)
-    columns = (rows.columns[subset, :, :count] * weight[:, :, None]).reshape(-1, count)
+    columns = (own[subset] * weight[:, :, None]).reshape(-1, count)
     targets = (torque[subset] * weight)[:, :, None] * np.eye(torque.shape[1])
     change = solve(factored(columns.T @ columns, UNDETERMINED), columns.T @ targets.reshape(len(columns), -1))
-    return np.asarray(rows.columns[:, :, :count] @ change)
+    return np.asarray(own @ change)
 
 
 def _clock(model: Model, runs: Sequence[Driven]) -> tuple[list[str], np.ndarray, np.ndarray]:

@@ -64,6 +64,7 @@ def search_both(
         return freely, _beliefs(freely, described_model)
     described = freely.problem.with_priors(described_model)
     start = _without_absorbing(described, freely)
+    freely.problem.forget()
     if _may_hold(described, start) and (chosen := _chosen(search(described, start, brief=True), freely)):
         result, without = chosen
         result = with_shown(result)
