@@ -58,8 +58,8 @@ def _repair(files: list[Path], output: Path | None) -> int:
     for file in files:
         target = output or target_of(file)
         recovered = recover(file, target)
-        what = f"{recovered.messages} messages in {recovered.seconds:.3f} s"
-        print(f"{target}: {what if recovered.messages else 'head of the run, but no messages,'} from {file}")
+        saved = f"{recovered.messages} messages in {recovered.seconds:.3f} s"
+        print(f"{target}: {saved if recovered.messages else 'head of the run, but no messages,'} from {file}")
         for loss in recovered.lost:
             print("\n".join(paragraph(loss, " " * 8, "  lost: ")), file=sys.stderr)
         lost |= bool(recovered.lost)

@@ -245,7 +245,7 @@ def every_joint(shown: Shown) -> list[Block]:
     note = "Residual of every joint in all runs. Flat lines mean that the model explains the joint."
     blocks: list[Block] = [Paragraph(note)]
     for joint, name in enumerate(shown.names):
-        left = [r.depends_on for r in shown.diagnosis.remainders if r.joint == joint]
-        figures = _plots(shown, joint, USUAL) if left else _plots(shown, joint, USUAL[:3])[:3]
-        blocks += [Heading(": ".join([name, *map(dependence, left)])), Grid(figures, "three")]
+        unexplained = [r.depends_on for r in shown.diagnosis.remainders if r.joint == joint]
+        figures = _plots(shown, joint, USUAL) if unexplained else _plots(shown, joint, USUAL[:3])[:3]
+        blocks += [Heading(": ".join([name, *map(dependence, unexplained)])), Grid(figures, "three")]
     return blocks

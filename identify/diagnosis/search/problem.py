@@ -171,7 +171,7 @@ class Problem:
         return [(candidate, self.columns_at_load(candidate, columns)) for candidate, columns in pairs]
 
     @property
-    def latest(self) -> Pairs:
+    def last_formed(self) -> Pairs:
         """All candidates with the columns that were formed last, at this load or an earlier one."""
         pairs = ((candidate, columns, self.formed.get(candidate)) for candidate, columns in self.candidates)
         return [(c, columns if here is None or here.empty else here) for c, columns, here in pairs]
@@ -257,9 +257,9 @@ class Problem:
         base = _rows(self.model, runs, known.values, self.base)
         rows = with_nuisances(base, self.model, runs, known.values)
         rows = replace(rows, weight=self.rows.weight)
-        caches: dict[str, Any] = {"formed": WeakKeyDictionary(), "suggested": {}}
+        caches: dict[str, Any] = {"formed": WeakKeyDictionary(), "suggested": {}, "moved": True}
         moved = replace(
-            self, runs=runs, base=base, rows=rows, candidates=self.latest, moved=True, known=known, **caches
+            self, runs=runs, base=base, rows=rows, candidates=self.last_formed, known=known, **caches
         )
         return moved, fresh
 

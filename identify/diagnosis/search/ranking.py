@@ -54,7 +54,7 @@ def ranked(
 
     known = [answer for answer in shapes.values() if wanted(answer.candidate, answer.columns.joints)]
     earlier = [answer for answer in known if not answer.strange]
-    pairs, answers = _asked(problem, prediction, wanted)
+    pairs, answers = _answers_by_load(problem, prediction, wanted)
     strange = [answer for answer in _by_hypothesis(answers) if answer.strange]
     best = [*_by_hypothesis([answer for answer in answers if not answer.strange]), *strange]
     best = _with_known_shapes(best, _in_same_shapes(problem, prediction, earlier))
@@ -70,7 +70,7 @@ def ranked(
     return [answer for answer in ranking if first.get(answer.candidate.key) is answer]
 
 
-def _asked(
+def _answers_by_load(
     problem: Problem,
     prediction: Prediction,
     wanted: Callable[[Candidate, Sequence[int] | np.ndarray], bool],
@@ -80,7 +80,7 @@ def _asked(
     A load changes little from one finding to the next, and columns of gears take long. So columns at an
     earlier load rank all hypotheses, and only those of the first are formed again.
     """
-    listed = [pair for pair in problem.latest if wanted(pair[0], pair[1].joints)]
+    listed = [pair for pair in problem.last_formed if wanted(pair[0], pair[1].joints)]
     pairs = list(listed)
     for kind in KINDS.values():
         suggested = kind.ask_of_rest(problem.model, prediction, problem.runs) if kind.ask_of_rest else ()
@@ -92,14 +92,14 @@ def _asked(
         gains[answer.candidate.key] = max(answer.gain, gains.get(answer.candidate.key, -np.inf))
     first = set(nlargest(FORMED, gains, key=lambda key: gains[key]))
     fresh = dict(problem.at_load([pair for pair in listed if pair[0].key in first]))
-    again = [
+    moved = [
         (candidate, fresh[candidate]) for candidate, old in pairs if fresh.get(candidate, old) is not old
     ]
-    anew = {id(candidate) for candidate, _ in again}
+    anew = {id(candidate) for candidate, _ in moved}
     answers = [answer for answer in answers if id(answer.candidate) not in anew]
     return [(candidate, fresh.get(candidate, columns)) for candidate, columns in pairs], [
         *answers,
-        *ask(prediction, again, strange=True),
+        *ask(prediction, moved, strange=True),
     ]
 
 
