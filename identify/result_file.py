@@ -1,6 +1,7 @@
 """Result files: one mechanism writes frozen dataclasses as JSON and reads them back.
 
-Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null. Python counts
+Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null; "inf", "-inf" and
+"nan", as fit.json has them, are read too. Python counts
 joints from 0 and people count them from 1, so the fields `joint` and `joints` are one larger in a file. A
 field with the metadata `NOT_IN_FILE` stays in memory.
 """
@@ -86,8 +87,8 @@ def _numbers(value: Any, where: str = "") -> Any:
 
 
 def _real(value: object, where: str = "") -> float:
-    if value is None:
-        return Real("nan")
+    if value in (None, "inf", "-inf", "nan"):
+        return Real(value or "nan")
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_FLOAT:
         raise ValueError(f"expected a number or null; found {value!r:.60}{where and f' at {where}'}")
     return Real(value)

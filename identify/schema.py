@@ -41,9 +41,8 @@ Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
 """A number of at least zero, such as a standard deviation or a root mean square."""
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
-Written = Number | Literal["inf", "-inf", "nan"]
-"""A number in fit.json, which holds numbers that are not finite as text."""
 SizeWritten = Size | Literal["inf", "nan"]
+"""A size in fit.json, which holds numbers that are not finite as text."""
 Name = Annotated[str, Meta(min_length=1, max_length=1000)]
 EffectName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,99}$")]
 

@@ -13,7 +13,7 @@ from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.export.mjcf_changes import Change
 from exidyn.identification.export.mjcf_patch import Patch, patch
 from exidyn.identification.export.urdf_patch import patch_urdf
-from exidyn.identification.file_names import file_stem, read_failure
+from exidyn.identification.file_names import file_stem, read_failure, write_whole
 from exidyn.identification.fit.fit import Moved
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identified import Standard, standard_parameters
@@ -29,7 +29,6 @@ from exidyn.identification.text_table import table as text_table
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import JSON, output_option, require_file
 from ..files.given_runs import ARM_HELP, read_arm
-from ..terminal.json_output import write_whole
 from .result import Result
 
 

@@ -13,7 +13,7 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.html import html
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_motors
-from exidyn.identification.file_names import read_failure
+from exidyn.identification.file_names import read_failure, write_whole
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.answer import Answer, DriveGains
 from exidyn.identification.in_mujoco.distances import Distances
@@ -32,7 +32,6 @@ from ..arguments import options
 from ..arguments.command import Command, Option, any_number, positive
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..files.simulated_arm import controlled, import_runs, simulated_arm
-from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Stopwatch
 from .result import Result, later
 

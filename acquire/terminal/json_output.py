@@ -10,6 +10,7 @@ from typing import Any, TextIO
 import numpy as np
 
 import exidyn.quoting as quoting
+from exidyn.identification.file_names import write_whole
 from exidyn.identification.text_table import page_width, paragraph
 from exidyn.quoting import visible
 
@@ -71,13 +72,6 @@ def print_next(*commands: str) -> None:
     """Print the commands that usually follow on standard error, each ready to be pasted."""
     for command in commands:
         print(f"next: exidyn {command}", file=sys.stderr)
-
-
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file that appears under its name only once it is complete."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(content if isinstance(content, bytes) else content.encode())
-    os.replace(part, path)
 
 
 def json_text(table: dict[str, Any]) -> str:

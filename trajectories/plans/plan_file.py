@@ -14,7 +14,7 @@ from typing import Any
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.errors import RobotError
-from exidyn.identification.file_names import other_format, read_failure
+from exidyn.identification.file_names import other_format, read_failure, write_whole
 from exidyn.identification.robot_files.toml_fields import (
     block,
     check_keys,
@@ -48,9 +48,7 @@ REMARK = "# A motion planned by exidyn, in SI units; 'exidyn excite --show' plot
 
 def write_plan(plan: Plan, path: Path | str) -> Path:
     """Write a trajectory file; it gets its name only when it is complete. Returns its path."""
-    part = Path(path).with_name(Path(path).name + ".part")
-    part.write_text(plan_text(plan), encoding="utf-8")
-    return part.replace(path)
+    return write_whole(path, plan_text(plan))
 
 
 def read_plan(path: Path | str) -> Plan:
