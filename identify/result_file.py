@@ -45,7 +45,7 @@ def from_table(table: object, kind: type[T], where: str, error: type[ExidynError
     Raises:
         ExidynError: A field is wrong; the message names it, what is expected, and its value.
     """
-    return checked(_from_0(table), kind, where, error, read=_number_or_array, written=table)
+    return checked(_from_0(table), kind, where, error, read=number_or_array, written=table)
 
 
 def _from_0(table: Any) -> Any:
@@ -64,7 +64,7 @@ def _joints(name: str, value: Any, step: int) -> Any:
     return value
 
 
-def _number_or_array(kind: type, value: object) -> Any:
+def number_or_array(kind: type, value: object) -> Any:
     """Convert the value in a file to a `Real` or an array."""
     if kind is Real:
         return _real(value)
@@ -82,7 +82,7 @@ def _numbers(value: Any, where: str = "") -> Any:
     rows = [_numbers(entry, f"{where}[{place}]") for place, entry in enumerate(value)]
     widths = {len(row) if isinstance(row, list) else -1 for row in rows}
     if len(widths) > 1:
-        raise ValueError("expected rows of one length")
+        raise ValueError(f"expected rows of one length{where and f' at {where}'}")
     return rows
 
 
