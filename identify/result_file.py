@@ -1,13 +1,13 @@
 """Result files: one mechanism writes frozen dataclasses as JSON and reads them back.
 
-Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null; "inf", "-inf" and
-"nan", as fit.json has them, are read too. Python counts
-joints from 0 and people count them from 1, so the fields `joint` and `joints` are one larger in a file. A
-field with the metadata `NOT_IN_FILE` stays in memory.
+Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null; "nan", as fit.json
+has it, is read too. Python counts joints from 0 and people count them from 1, so the fields `joint` and
+`joints` are one larger in a file. A field with the metadata `NOT_IN_FILE` stays in memory.
 """
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from datetime import datetime
 from typing import Any, TypeVar
 
 import numpy as np
@@ -36,6 +36,8 @@ def to_table(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, tuple | list):
         return [to_table(entry) for entry in value]
+    if isinstance(value, datetime):
+        return value.isoformat()
     return None if isinstance(value, float) and not abs(value) <= LARGEST_FLOAT else value
 
 
@@ -87,8 +89,8 @@ def _numbers(value: Any, where: str = "") -> Any:
 
 
 def _real(value: object, where: str = "") -> float:
-    if value in (None, "inf", "-inf", "nan"):
-        return Real(value or "nan")
+    if value in (None, "nan"):
+        return Real("nan")
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_FLOAT:
         raise ValueError(f"expected a number or null; found {value!r:.60}{where and f' at {where}'}")
     return Real(value)

@@ -143,7 +143,8 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
 
 
 def _scores(agreement: Agreement) -> dict[str, Any]:
-    numbers = {name: _numbers(getattr(agreement, name)) for name in SCORES}
+    values = {name: getattr(agreement, name) for name in SCORES}
+    numbers = {name: _numbers(np.where(np.isfinite(v), v, np.nan)) for name, v in values.items()}
     return {"run": agreement.run, "noise_source": agreement.noise_source} | numbers
 
 
