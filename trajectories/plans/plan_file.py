@@ -27,9 +27,8 @@ from exidyn.identification.schema import checked
 
 from ..errors import BadLimits, NotATrajectory
 from ..limits.usable_limits import require_movable
-from ..trajectory import Trajectory
 from .plan import Plan
-from .trajectory_rows import read_fields, read_value, trajectory_blocks
+from .trajectory_rows import read_fields, trajectory_blocks
 
 FORMAT = 1
 """Version of the format; increased when a reader of the previous version would misunderstand a file."""
@@ -112,16 +111,16 @@ def _plan(table: Mapping[str, Any]) -> Plan:
         if not isinstance(table.get(key), Mapping):
             reason = f"expected a table [{key}]; found {table[key]!r}" if key in table else "is missing"
             raise NotATrajectory(f"'{key}' {reason}; was the file cut off?")
-    head = read_fields(Plan, table, HEAD)
+    head = read_fields(Plan, table, (*HEAD, "trajectory"))
+    detail: Any = int | float | str  # an integer stays an integer
     for unit in head["units"]:
         if unit not in UNITS:
             raise NotATrajectory(f"units: '{unit}' is not one of {', '.join(UNITS)}")
     return Plan(
-        trajectory=checked(table["trajectory"], Trajectory, "[trajectory]", RobotError, read_value),
         limits=_limits(table["limits"], len(head["joints"])),
         margins={key: number(value, f"[margins] {key}", 0.0) for key, value in table["margins"].items()},
         details={
-            key: checked(value, int | float | str, f"[details] {key}", RobotError)
+            key: checked(value, detail, f"[details] {key}", RobotError)
             for key, value in table["details"].items()
         },
         **head,

@@ -49,7 +49,7 @@ def trajectory_blocks(trajectory: Trajectory, place: str, heading: str = "[{}]")
     return [block(heading.format(place), flat, tall=True), *inner]
 
 
-def read_value(kind: type, value: Any) -> Any:
+def _read_value(kind: type, value: Any) -> Any:
     """Trajectory from its table, or array of finite numbers, for `checked`.
 
     Raises:
@@ -65,7 +65,7 @@ def read_value(kind: type, value: Any) -> Any:
     if not isinstance(name, str) or name not in FAMILIES:
         reason = f"family {name!r}" if name is not None else "no key 'family'"
         raise NotATrajectory(f"{reason}; expected one of: {', '.join(sorted(FAMILIES))}")
-    family = FAMILIES[name]
+    family: Any = FAMILIES[name]
     declared = [f.name for f in fields(family) if f.init]
     check_keys(value, (FAMILY, *declared), name)
     values = read_fields(family, value, declared)
@@ -87,7 +87,7 @@ def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str]) ->
     hints, values = get_type_hints(kind, include_extras=True), {}
     for f in fields(kind):
         if f.name in table and f.name in names:
-            values[f.name] = checked(table[f.name], hints[f.name], f.name, RobotError, read_value)
+            values[f.name] = checked(table[f.name], hints[f.name], f.name, RobotError, _read_value)
         elif f.name in names and f.default is MISSING and f.default_factory is MISSING:
             raise NotATrajectory(f"key '{f.name}' is missing; was the file cut off?")
     return values
@@ -100,7 +100,7 @@ def _family_of(trajectory: Trajectory) -> str:
     raise UnknownChoice("family of trajectories", type(trajectory).__name__, FAMILIES)
 
 
-def _values(trajectory: Trajectory) -> dict[str, Any]:
+def _values(trajectory: Any) -> dict[str, Any]:
     return {f.name: getattr(trajectory, f.name) for f in fields(trajectory) if f.init}
 
 
