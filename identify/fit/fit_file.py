@@ -54,11 +54,7 @@ def read_fit(path: Path | str) -> Fit:
         NotAFile: The file is missing, truncated, not a fit, of another format version, or has an invalid
             field, which the message names.
     """
-    table = read_json(Path(path))
-    if not isinstance(table, dict) or "exidyn_fit" not in table:
-        raise NotAFile(f"{path} is not a fit of exidyn: it has no key 'exidyn_fit'")
-    if (number := table["exidyn_fit"]) != FORMAT:
-        raise NotAFile(f"{path} has {other_format(number, FORMAT, 'identify RUN')}")
+    table = read_table(Path(path), "exidyn_fit", FORMAT, "identify RUN")
     file = from_table(table, FitFile, str(path))
     try:
         model = parse_model("\n".join(file.model))
@@ -201,8 +197,22 @@ HALF = re.compile(r"\\u[dD][89a-fA-F]")
 """Escaped half of a surrogate pair; files and terminals do not accept one without the other half."""
 
 
-def read_json(path: Path) -> Any:
-    """Content of a JSON file.
+def read_table(path: Path, key: str, valid: int, command: str) -> dict[str, Any]:
+    """Table of a JSON file with the number of its format at a key; the command writes it anew.
+
+    Raises:
+        NotAFile: The file is missing, truncated, not JSON, without the key, or of another format.
+    """
+    table = read_json(path)
+    if key not in table:
+        raise NotAFile(f"{path} is not a {key.removeprefix('exidyn_')} of exidyn: it has no key '{key}'")
+    if (number := table[key]) != valid:
+        raise NotAFile(f"{path} has {other_format(number, valid, command)}")
+    return table
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Table of a JSON file; empty if the file holds something else.
 
     Raises:
         NotAFile: The file is missing, truncated, or not JSON.
@@ -212,7 +222,7 @@ def read_json(path: Path) -> Any:
         table = json.loads(text)
         if HALF.search(text):
             json.dumps(table, ensure_ascii=False).encode()
-        return table
+        return table if isinstance(table, dict) else {}
     except OSError as error:
         raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
     except RecursionError:
