@@ -89,9 +89,10 @@ def export_command(args: Namespace) -> Result:
         "format": args.to,
         "leaves_out": list(missing),
         "moved": [parameter._asdict() for parameter in moved],
-        **({} if changes is None else {"changes": [_change(change) for change in changes]}),
         "written": str(path),
     }
+    if changes is not None:
+        table["changes"] = [change._asdict() | {"told_apart": change.told_apart} for change in changes]
     text = _summary(args.to, missing, moved, () if changes is None else _changes(changes))
     return Result(text, table, [path])
 
@@ -123,11 +124,6 @@ def _patched(args: Namespace, portable: Portable) -> Patch:
     if args.to == "urdf":
         return patch_urdf(portable, parameters, text, str(args.patch))
     return patch(portable, parameters, text, str(args.patch.resolve().parent), str(args.patch))
-
-
-def _change(change: Change) -> dict[str, object]:
-    known = np.isfinite(change.half)
-    return change._asdict() | {"half": change.half if known else None, "told_apart": change.told_apart}
 
 
 def _changes(changes: Sequence[Change]) -> list[str]:
