@@ -1,9 +1,10 @@
-"""File names made from the names of robots and runs, which may be any text, even a path; missing files."""
+"""Names of files, made from any text, even a path; files that are written whole or are missing."""
 
 import os
 import re
 import unicodedata
 from collections.abc import Sequence
+from pathlib import Path
 from zlib import crc32
 
 LONGEST = 120
@@ -55,6 +56,13 @@ def looked_in(path: str | os.PathLike[str]) -> str:
     except OSError:  # the current folder was removed
         return ""
     return f"; looked in {folder}" if os.path.isdir(folder) else f"; there is no folder {folder}"
+
+
+def write_whole(path: Path | str, content: str | bytes) -> Path:
+    """Write a file that appears under its name only once it is complete; returns its path."""
+    part = Path(path).with_name(Path(path).name + ".part")
+    part.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return part.replace(path)
 
 
 def other_format(number: object, valid: int, command: str) -> str:

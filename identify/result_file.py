@@ -1,12 +1,13 @@
 """Result files: one mechanism writes frozen dataclasses as JSON and reads them back.
 
-Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null. Python counts
-joints from 0 and people count them from 1, so the fields `joint` and `joints` are one larger in a file. A
-field with the metadata `NOT_IN_FILE` stays in memory.
+Arrays are lists, and numbers that are not finite or larger than `LARGEST_FLOAT` are null; "nan", as fit.json
+has it, is read too. Python counts joints from 0 and people count them from 1, so the fields `joint` and
+`joints` are one larger in a file. A field with the metadata `NOT_IN_FILE` stays in memory.
 """
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from datetime import datetime
 from typing import Any, TypeVar
 
 import numpy as np
@@ -35,6 +36,8 @@ def to_table(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, tuple | list):
         return [to_table(entry) for entry in value]
+    if isinstance(value, datetime):
+        return value.isoformat()
     return None if isinstance(value, float) and not abs(value) <= LARGEST_FLOAT else value
 
 
@@ -44,7 +47,7 @@ def from_table(table: object, kind: type[T], where: str, error: type[ExidynError
     Raises:
         ExidynError: A field is wrong; the message names it, what is expected, and its value.
     """
-    return checked(_from_0(table), kind, where, error, read=_number_or_array, written=table)
+    return checked(_from_0(table), kind, where, error, read=number_or_array, written=table)
 
 
 def _from_0(table: Any) -> Any:
@@ -63,7 +66,7 @@ def _joints(name: str, value: Any, step: int) -> Any:
     return value
 
 
-def _number_or_array(kind: type, value: object) -> Any:
+def number_or_array(kind: type, value: object) -> Any:
     """Convert the value in a file to a `Real` or an array."""
     if kind is Real:
         return _real(value)
@@ -81,12 +84,12 @@ def _numbers(value: Any, where: str = "") -> Any:
     rows = [_numbers(entry, f"{where}[{place}]") for place, entry in enumerate(value)]
     widths = {len(row) if isinstance(row, list) else -1 for row in rows}
     if len(widths) > 1:
-        raise ValueError("expected rows of one length")
+        raise ValueError(f"expected rows of one length{where and f' at {where}'}")
     return rows
 
 
 def _real(value: object, where: str = "") -> float:
-    if value is None:
+    if value in (None, "nan"):
         return Real("nan")
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= LARGEST_FLOAT:
         raise ValueError(f"expected a number or null; found {value!r:.60}{where and f' at {where}'}")

@@ -41,9 +41,8 @@ Size = Annotated[float, Meta(ge=0.0, le=LARGEST)]
 """A number of at least zero, such as a standard deviation or a root mean square."""
 Probability = Annotated[float, Meta(ge=0.0, le=1.0)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
-Written = Number | Literal["inf", "-inf", "nan"]
-"""A number in fit.json, which holds numbers that are not finite as text."""
 SizeWritten = Size | Literal["inf", "nan"]
+"""A size in fit.json, which holds numbers that are not finite as text."""
 Name = Annotated[str, Meta(min_length=1, max_length=1000)]
 EffectName = Annotated[str, Meta(pattern=r"^[a-z][a-z0-9_]{0,99}$")]
 
@@ -102,7 +101,7 @@ def checked(
             raise error(f"{place}: key '{missing[1]}' is missing") from None
         if of_table:
             raise error(f"{place}{' ' if toml and path else ': '}{text.replace('`', '')}") from None
-        kind = "a key: " if match["key"] else "" if path else "the whole: "
+        kind = "a key: " if match["key"] else ""
         if toml:
             text = re.sub("`[^`]*`", _of_toml, text.partition(", got")[0])
         text = text.replace("`", "")
@@ -113,8 +112,10 @@ def checked(
 
 def _place(path: str, toml: bool, of_table: bool) -> str:
     """Place in a file: for JSON the path from msgspec, for TOML the table in brackets and the key."""
-    if not toml or not path:
-        return f": {path}" if path else ""
+    if not path or path.startswith("["):
+        return path
+    if not toml:
+        return f": {path}"
     table, _, key = (path, "", "") if of_table else path.rpartition(".")
     return f": [{table}]{' ' if key else ''}{key}" if table else f": {key}"
 

@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -97,7 +96,6 @@ class Extremes(NamedTuple):
     jerk: Range
 
 
-@dataclass(frozen=True, eq=False)
 class Trajectory(ABC):
     """A motion of all joints from time zero to its duration."""
 

@@ -16,7 +16,7 @@ from exidyn.identification.feedforward.feedforward import (
     summary,
 )
 from exidyn.identification.feedforward.python_file import python_file
-from exidyn.identification.file_names import file_stem
+from exidyn.identification.file_names import file_stem, write_whole
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.robot_files.mjcf import compile_mjcf
 from exidyn.identification.robot_files.mjcf_drives import servo_law
@@ -24,7 +24,6 @@ from exidyn.identification.text_table import digits, paragraph, table
 
 from ..arguments.command import Command, Option, percent, positive
 from ..arguments.options import JSON, output_option, payload_name, require_file
-from ..terminal.json_output import write_whole
 from .result import Result
 
 ENDINGS = (".py", ".hpp")

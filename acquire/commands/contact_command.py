@@ -9,6 +9,7 @@ import numpy as np
 from exidyn.identification.contact.contact import Contact, contact, torque_unit
 from exidyn.identification.contact.threshold import Alarm
 from exidyn.identification.errors import RecordingError
+from exidyn.identification.file_names import write_whole
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.notebook import counted
@@ -18,7 +19,6 @@ from exidyn.identification.text_table import digits, paragraph, table
 from ..arguments import options
 from ..arguments.command import Command, Option
 from ..files.given_runs import single_recording
-from ..terminal.json_output import write_whole
 from .result import Result, later
 
 SHORT = 0.2

@@ -13,7 +13,7 @@ from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.export.mjcf_changes import Change
 from exidyn.identification.export.mjcf_patch import Patch, patch
 from exidyn.identification.export.urdf_patch import patch_urdf
-from exidyn.identification.file_names import file_stem, read_failure
+from exidyn.identification.file_names import file_stem, read_failure, write_whole
 from exidyn.identification.fit.fit import Moved
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.fit.identified import Standard, standard_parameters
@@ -29,7 +29,6 @@ from exidyn.identification.text_table import table as text_table
 from ..arguments.command import Command, Option, table_help
 from ..arguments.options import JSON, output_option, require_file
 from ..files.given_runs import ARM_HELP, read_arm
-from ..terminal.json_output import write_whole
 from .result import Result
 
 
@@ -90,9 +89,10 @@ def export_command(args: Namespace) -> Result:
         "format": args.to,
         "leaves_out": list(missing),
         "moved": [parameter._asdict() for parameter in moved],
-        **({} if changes is None else {"changes": [_change(change) for change in changes]}),
         "written": str(path),
     }
+    if changes is not None:
+        table["changes"] = [change._asdict() | {"told_apart": change.told_apart} for change in changes]
     text = _summary(args.to, missing, moved, () if changes is None else _changes(changes))
     return Result(text, table, [path])
 
@@ -124,11 +124,6 @@ def _patched(args: Namespace, portable: Portable) -> Patch:
     if args.to == "urdf":
         return patch_urdf(portable, parameters, text, str(args.patch))
     return patch(portable, parameters, text, str(args.patch.resolve().parent), str(args.patch))
-
-
-def _change(change: Change) -> dict[str, object]:
-    known = np.isfinite(change.half)
-    return change._asdict() | {"half": change.half if known else None, "told_apart": change.told_apart}
 
 
 def _changes(changes: Sequence[Change]) -> list[str]:

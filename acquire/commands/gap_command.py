@@ -1,21 +1,17 @@
 """exidyn gap: compare a MuJoCo model with recordings, find the differing effects, and improve the model."""
 
 from argparse import Namespace
-from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from exidyn.identification.diagnosis.findings.finding import Hypothesis
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.document.html import html
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_controller import with_motors
-from exidyn.identification.file_names import read_failure
+from exidyn.identification.file_names import read_failure, write_whole
 from exidyn.identification.fit.fit_file import write_fit
-from exidyn.identification.in_mujoco.answer import Answer, DriveGains
+from exidyn.identification.in_mujoco.answer import Answer
 from exidyn.identification.in_mujoco.distances import Distances
 from exidyn.identification.in_mujoco.gap import Gap, gap
 from exidyn.identification.in_mujoco.ladder import Stage
@@ -32,7 +28,6 @@ from ..arguments import options
 from ..arguments.command import Command, Option, any_number, positive
 from ..files.given_runs import LOADED, PAYLOADS, ROLE, carrying, distinct_bodies, renamed
 from ..files.simulated_arm import controlled, import_runs, simulated_arm
-from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Stopwatch
 from .result import Result, later
 
@@ -154,8 +149,8 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "validate": [run.name for run in result.runs],
         "starts": len(result.original.ends),
         "original": _distances(result.original),
-        "drive_gains": _drive_gains(result.drive_gains),
-        "servos": [asdict(change) | {"joint": change.joint + 1} for change in result.servos],
+        "drive_gains": result.drive_gains,
+        "servos": result.servos,
         "undetermined": [joint + 1 for joint in result.undetermined],
         "file": _answer(result.file) | {"written": written.file},
         "attached": _answer(result.attached) | {"written": written.attached, "effects": written.effects},
@@ -168,13 +163,6 @@ def _table(result: Gap, written: Written) -> dict[str, Any]:
         "beyond": list(result.beyond),
         "verdict": verdict(result, written),
     }
-
-
-def _drive_gains(gains: DriveGains | None) -> dict[str, list[float] | None] | None:
-    """Gains by joint [N m/A]; null if no currents were recorded, or if the runs do not determine them."""
-    if gains is None:
-        return None
-    return {name: None if values is None else values.tolist() for name, values in asdict(gains).items()}
 
 
 def _answer(answer: Answer) -> dict[str, Any]:
@@ -205,12 +193,8 @@ def _stage(stage: Stage) -> dict[str, Any]:
 def _distances(distances: Distances) -> dict[str, Any]:
     """Root mean squares [rad, m], null if a simulation diverged."""
     return {
-        "position": [_finite(row) for row in distances.joints],
-        "tool": _finite(distances.tool),
-        "whole": _finite(distances.whole_run),
-        "whole_tool": _finite([distances.whole_tool])[0],
+        "position": distances.joints,
+        "tool": distances.tool,
+        "whole": distances.whole_run,
+        "whole_tool": distances.whole_tool,
     }
-
-
-def _finite(values: Sequence[float] | np.ndarray) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]

@@ -12,6 +12,7 @@ import numpy as np
 
 from exidyn.drivers import driver_class, explain, known_drivers
 from exidyn.identification.errors import ExidynError, RecordingError, listed
+from exidyn.identification.file_names import write_whole
 from exidyn.identification.model import Model
 from exidyn.identification.plausible.gains import GAIN_OF
 from exidyn.identification.plausible.log_columns import log_columns
@@ -42,7 +43,6 @@ from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments.command import Command, Group, Option, WrongUse, refuse_with
 from ..arguments.options import JSON, output_option, require_file
-from ..terminal.json_output import write_whole
 from ..terminal.stopwatch import Progress, Stopwatch
 from .import_command import COLUMNS, DEGREES, RATE, UNITS
 from .result import Result

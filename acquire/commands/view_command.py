@@ -69,8 +69,6 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> "View":
     if not results:
         return recording_view(recordings)
     table = read_json(results[0])
-    if not isinstance(table, dict):
-        raise NotAFile(f"{results[0]} is neither a fit nor a diagnosis")
     if "exidyn_fit" in table:
         return fit_view(predicted(read_fit(results[0]), recordings))
     if "exidyn_diagnosis" not in table:

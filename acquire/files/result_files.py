@@ -16,9 +16,8 @@ from exidyn.identification.diagnosis.words.diagnosis_file import FORMAT as DIAGN
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.document.html import html
 from exidyn.identification.errors import ExidynError, NotAFile
-from exidyn.identification.file_names import other_format
 from exidyn.identification.fit.fit import Fit
-from exidyn.identification.fit.fit_file import read_fit, read_json, write_fit
+from exidyn.identification.fit.fit_file import read_fit, read_json, read_table, write_fit
 from exidyn.identification.model import Model
 from exidyn.identification.pages.compared_document import verdict
 from exidyn.identification.pages.diagnosis_document import diagnosis_document
@@ -39,13 +38,6 @@ NAME = "traces.npz"
 WORDS = ("name", "role")
 EXACT = ("time",)
 """What single precision would round: it keeps a torque to a ten-millionth, and a nanosecond of nothing."""
-
-
-def _read_table(path: Path) -> dict[str, Any]:
-    table = read_json(path)
-    if not isinstance(table, dict):
-        raise NotAFile(f"{path} is no fit, diagnosis or comparison of exidyn")
-    return table
 
 
 def read_shown(path: Path) -> Shown:
@@ -72,7 +64,7 @@ def read_diagnosis(path: Path) -> Diagnosis:
     Raises:
         NotAFile: If it is of another format, or a field is invalid; the message names the field.
     """
-    table = _of_format(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT, "diagnose RUN")
+    table = read_table(path, "exidyn_diagnosis", DIAGNOSIS_FORMAT, "diagnose RUN")
     diagnosis = from_table(table, Diagnosis, str(path))
     try:
         check_diagnosis(diagnosis)
@@ -92,7 +84,7 @@ def read_result(path: Path) -> Fit | Diagnosis | Comparison:
         "exidyn_diagnosis": read_diagnosis,
         "exidyn_comparison": read_comparison,
     }
-    table = _read_table(path)
+    table = read_json(path)
     for key, reader in readers.items():
         if key in table:
             return reader(path)
@@ -111,15 +103,8 @@ def read_comparison(path: Path) -> Comparison:
     Raises:
         NotAFile: If it is damaged or of another format.
     """
-    table = _of_format(path, "exidyn_comparison", FORMAT, "simulate SIM --against RUN")
+    table = read_table(path, "exidyn_comparison", FORMAT, "simulate SIM --against RUN")
     return from_table(table, Comparison, str(path))
-
-
-def _of_format(path: Path, key: str, valid: int, command: str) -> dict[str, Any]:
-    table = _read_table(path)
-    if (number := table.get(key)) != valid:
-        raise NotAFile(f"{path} has {other_format(number, valid, command)}")
-    return table
 
 
 def write_diagnosis(diagnosis: Diagnosis, fit: Fit | None, folder: Path) -> list[Path]:

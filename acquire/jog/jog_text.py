@@ -7,10 +7,10 @@ import numpy as np
 
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.document.text import fact_lines
+from exidyn.identification.result_file import to_table
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..terminal.joint_units import JointUnits
-from ..terminal.json_output import plain
 from .effort import FlangeTravel
 from .judgements import OF_WAY, Judgement, Verdict
 from .there_and_back import BEFORE, Travel, duration
@@ -106,7 +106,7 @@ def json_table(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) ->
         "judgements": [
             {
                 "name": judgement.name,
-                **plain({"value": judgement.value, "low": judgement.low, "high": judgement.high}),
+                **to_table({"value": judgement.value, "low": judgement.low, "high": judgement.high}),
                 "unit": judgement.unit,
                 "verdict": names[judgement.verdict],
                 "text": judgement.text,

@@ -1,12 +1,13 @@
 """The recorder, as seen by the loop: its start, and the head frame that describes a run."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, get_type_hints
+
+import msgspec
 
 from exidyn.identification.recordings.mcap.mcap_writer import Head
-from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 
 from .errors import RunError
@@ -70,21 +71,12 @@ class RunHead(Head):
 
     def prepare_frame(self) -> Callable[[int, int], bytes]:
         """Function that makes the frame from epoch and zero; the rest takes a cycle to serialize."""
-        payload = {"name": self.payload.name, "known": self.payload.known} if self.payload else None
-        content = {
-            "name": self.name,
-            "model": model_text(self.model),
-            "signals": self.signals,
-            "trajectory": self.trajectory,
-            "payload": payload,
-            "settings": dict(self.settings),
-            "warnings": self.warnings,
-            "state": {name: dict(words) for name, words in self.state.items()},
-        }
-        prefix = json.dumps(content, default=str).encode()[:-1]
+        content = {**vars(self), "model": model_text(self.model)}
+        del content["epoch"], content["zero"]
+        prefix = msgspec.json.encode(content, enc_hook=_plain)[:-1]
 
         def complete(epoch: int, zero: int) -> bytes:
-            return frame(HEAD, b'%b, "epoch_ns": %d, "zero_ns": %d}' % (prefix, epoch, zero))
+            return frame(HEAD, b'%b,"epoch":%d,"zero":%d}' % (prefix, epoch, zero))
 
         return complete
 
@@ -95,21 +87,12 @@ class RunHead(Head):
         Raises:
             ValueError: If the body is not that of a head.
         """
-        content = json.loads(body)
-        payload = content["payload"]
-        known = tuple((name, value) for name, value in payload["known"]) if payload else ()
-        return cls(
-            name=content["name"],
-            model=parse_model(content["model"]),
-            signals=tuple(content["signals"]),
-            epoch=content["epoch_ns"],
-            zero=content["zero_ns"],
-            trajectory=content["trajectory"],
-            payload=KnownPayload(payload["name"], known) if payload else None,
-            settings=content["settings"],
-            warnings=tuple(content["warnings"]),
-            state={
-                name: {int(code): word for code, word in words.items()}
-                for name, words in content["state"].items()
-            },
-        )
+        content, kinds = msgspec.json.decode(body, type=dict[str, Any]), get_type_hints(cls)
+        model = parse_model(content.pop("model"))
+        values = {name: msgspec.convert(value, kinds[name], strict=False) for name, value in content.items()}
+        return cls(model=model, **values)
+
+
+def _plain(value: Any) -> Any:
+    """A mapping of any type, as a driver may have it, or a number of numpy, as JSON has it."""
+    return dict(value) if isinstance(value, Mapping) else value.item()

@@ -3,13 +3,12 @@
 import os
 import re
 import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Any, TextIO
 
-import numpy as np
-
 import exidyn.quoting as quoting
+from exidyn.identification.file_names import write_whole
+from exidyn.identification.result_file import to_table
 from exidyn.identification.text_table import page_width, paragraph
 from exidyn.quoting import visible
 
@@ -73,26 +72,6 @@ def print_next(*commands: str) -> None:
         print(f"next: exidyn {command}", file=sys.stderr)
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file that appears under its name only once it is complete."""
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(content if isinstance(content, bytes) else content.encode())
-    os.replace(part, path)
-
-
 def json_text(table: dict[str, Any]) -> str:
-    """JSON text with one key per line, of values that `plain` accepts."""
-    return quoting.json_text(plain(table)) + "\n"
-
-
-def plain(value: Any) -> Any:
-    """Values for JSON: arrays become nested lists, NaN and infinity become None, dates become text."""
-    if isinstance(value, dict):
-        return {name: plain(entry) for name, entry in value.items()}
-    if isinstance(value, np.ndarray | list | tuple):
-        return [plain(entry) for entry in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    if isinstance(value, datetime):
-        return value.isoformat()
-    return value.item() if isinstance(value, np.generic) else value
+    """JSON text with one key per line, of values that `to_table` accepts."""
+    return quoting.json_text(to_table(table)) + "\n"

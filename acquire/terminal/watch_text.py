@@ -8,13 +8,13 @@ import numpy as np
 
 from exidyn.drivers import Info
 from exidyn.drivers.values import SIGNALS
+from exidyn.identification.result_file import to_table
 from exidyn.identification.text_table import fixed, table
 from exidyn.quoting import json_text, visible
 
 from ..run.listener import Reading
 from ..screen import beneath
 from .joint_units import JointUnits
-from .json_output import plain
 
 SHOWN = {
     "current": ("current [A]", "A", 3),
@@ -155,7 +155,7 @@ def json_line(reading: Reading, units: JointUnits, seconds: float, external: Ext
     }
     if external is not None:
         content |= external.table(units.joints)
-    return json_text(plain(content), indent=None)
+    return json_text(to_table(content), indent=None)
 
 
 class Redraw:

@@ -74,13 +74,13 @@ class Scores:
     """
 
     run: str
-    held_out: bool
+    noise_source: str
     relative: np.ndarray
     r_squared: np.ndarray
     residual_rms: np.ndarray
     noise: np.ndarray
     over_noise: np.ndarray
-    noise_source: str = ""
+    held_out: bool = False
 
 
 def agreement(run: Prepared, estimate: Estimate, regressor: np.ndarray, known: np.ndarray) -> Agreement:

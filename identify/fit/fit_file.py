@@ -9,23 +9,25 @@ computes the agreement again, with the same prediction.
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import to_builtins
 
 from ..effects import Parameter
 from ..errors import NotAFile, RobotError
-from ..file_names import other_format, read_failure
+from ..file_names import other_format, read_failure, write_whole
 from ..model import Model
+from ..result_file import from_table
 from ..robot_files.robot_file import model_text, parse_model
-from ..schema import Disagreement, checked
-from .agreement import Agreement, Scores
+from ..schema import Disagreement
+from .agreement import Agreement
 from .base_parameters import BaseParameters
 from .estimators import Estimate
 from .fit import Fit
-from .fit_schema import SCORES, BaseParameterRow, FitFile, check_with_model
+from .fit_schema import SAME, SCORES, BaseParameterRow, FitFile, check_with_model
 
 FORMAT = 1
 """Format version, increased when a reader of the previous version would misinterpret a file."""
@@ -36,10 +38,7 @@ def write_fit(fit: Fit, path: Path | str) -> Path:
 
     The file appears under its name only when it is complete.
     """
-    path = Path(path)
-    part = path.with_name(path.name + ".part")
-    part.write_text(fit_text(fit), encoding="utf-8")
-    return part.replace(path)
+    return write_whole(path, fit_text(fit))
 
 
 def fit_text(fit: Fit) -> str:
@@ -55,12 +54,8 @@ def read_fit(path: Path | str) -> Fit:
         NotAFile: The file is missing, truncated, not a fit, of another format version, or has an invalid
             field, which the message names.
     """
-    table = read_json(Path(path))
-    if not isinstance(table, dict) or "exidyn_fit" not in table:
-        raise NotAFile(f"{path} is not a fit of exidyn: it has no key 'exidyn_fit'")
-    if (number := table["exidyn_fit"]) != FORMAT:
-        raise NotAFile(f"{path} has {other_format(number, FORMAT, 'identify RUN')}")
-    file = checked(table, FitFile, str(path))
+    table = read_table(Path(path), "exidyn_fit", FORMAT, "identify RUN")
+    file = from_table(table, FitFile, str(path))
     try:
         model = parse_model("\n".join(file.model))
         check_with_model(file, model)
@@ -90,11 +85,7 @@ def _table(fit: Fit) -> dict[str, Any]:
         "robot": fit.model.robot.name,
         "joints": list(fit.model.robot.joints),
         "method": estimate.method,
-        "runs": list(fit.runs),
-        "measures": fit.measures,
-        "rows": fit.rows,
-        "condition": fit.condition,
-        "filtering": asdict(fit.filtering),
+        **to_builtins({name: getattr(fit, name) for name in SAME}, enc_hook=float),
         "drive_gain": _numbers(estimate.gain),
         "drive_gain_std": _numbers(estimate.gain_std),
         "drive_gains_nominal": estimate.nominal_gains,
@@ -103,9 +94,6 @@ def _table(fit: Fit) -> dict[str, Any]:
         "noise_floor_from": fit.noise_source,
         "standstill": _numbers(fit.standstill),
         "gear_friction_bias": None if bias is None else [_numbers(row) for row in bias],
-        "carried": dict(fit.carried),
-        "edits": dict(fit.edits),
-        "simulations": list(fit.simulations),
         "base_parameters": _base_parameters(fit),
         "dropped": list(fit.dropped),
         "moved": [moved.name for moved in fit.moved],
@@ -120,10 +108,6 @@ def _table(fit: Fit) -> dict[str, Any]:
         "gap": [float(share) for share in fit.base.gap],
         "covariance": _numbers(estimate.covariance),
         "standard_parameters": None if estimate.standard is None else _numbers(estimate.standard),
-        "unclear": [asdict(u) for u in fit.unclear],
-        "warnings": list(fit.warnings),
-        "suspicions": list(fit.suspicions),
-        "repeatability": None if fit.repeatability is None else asdict(fit.repeatability),
         "agreement": [_scores(a) for a in fit.agreement],
         "validation": [_scores(a) for a in fit.validation],
         "model": model_text(fit.model).split("\n"),
@@ -155,18 +139,9 @@ def _base_parameters(fit: Fit) -> list[dict[str, Any]]:
 
 
 def _scores(agreement: Agreement) -> dict[str, Any]:
-    numbers = {name: _numbers(getattr(agreement, name)) for name in SCORES}
+    values = {name: getattr(agreement, name) for name in SCORES}
+    numbers = {name: _numbers(np.where(np.isfinite(v), v, np.nan)) for name, v in values.items()}
     return {"run": agreement.run, "noise_source": agreement.noise_source} | numbers
-
-
-def _read_scores(file: FitFile) -> tuple[Scores, ...]:
-    """Scores of the runs used, then of the held-out runs."""
-    scores = []
-    for held_out, runs in ((False, file.agreement), (True, file.validation)):
-        for row in runs:
-            arrays = {name: np.array(getattr(row, name), float) for name in SCORES}
-            scores.append(Scores(row.run, held_out, noise_source=row.noise_source, **arrays))
-    return tuple(scores)
 
 
 def _fit(file: FitFile, model: Model) -> Fit:
@@ -178,28 +153,17 @@ def _fit(file: FitFile, model: Model) -> Fit:
         model=model,
         base=_base(parameters, kept_rows, file.gap),
         estimate=_estimate(file, file, [row.value for row in kept_rows], file.standard_parameters),
-        runs=file.runs,
-        filtering=file.filtering,
-        condition=file.condition,
-        rows=file.rows,
         prior=(prior[:, 0], prior[:, 1]),
         dropped={name: values[name] for name in file.dropped},
-        unclear=file.unclear,
-        warnings=file.warnings,
-        suspicions=file.suspicions,
         structure=_base(parameters, rows, file.gap) if len(kept_rows) < len(rows) else None,
         full_estimate=None if full is None else _estimate(file, full, full.values),
-        measures=file.measures,
-        scores=_read_scores(file),
+        scores=(*file.agreement, *(replace(run, held_out=True) for run in file.validation)),
         noise=np.array(file.noise_floor, float),
         noise_source=file.noise_floor_from,
         standstill=np.array(file.standstill, float),
         gear_friction_bias=None if bias is None else np.array(bias, float),
-        carried=file.carried,
-        edits=file.edits,
-        simulations=file.simulations,
-        repeatability=file.repeatability,
         exported=None if kept_rows[0].exported is None else np.array([r.exported for r in kept_rows], float),
+        **{name: getattr(file, name) for name in SAME},
     )
 
 
@@ -233,8 +197,22 @@ HALF = re.compile(r"\\u[dD][89a-fA-F]")
 """Escaped half of a surrogate pair; files and terminals do not accept one without the other half."""
 
 
-def read_json(path: Path) -> Any:
-    """Content of a JSON file.
+def read_table(path: Path, key: str, valid: int, command: str) -> dict[str, Any]:
+    """Table of a JSON file with the number of its format at a key; the command writes it anew.
+
+    Raises:
+        NotAFile: The file is missing, truncated, not JSON, without the key, or of another format.
+    """
+    table = read_json(path)
+    if key not in table:
+        raise NotAFile(f"{path} is not a {key.removeprefix('exidyn_')} of exidyn: it has no key '{key}'")
+    if (number := table[key]) != valid:
+        raise NotAFile(f"{path} has {other_format(number, valid, command)}")
+    return table
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Table of a JSON file; empty if the file holds something else.
 
     Raises:
         NotAFile: The file is missing, truncated, or not JSON.
@@ -244,7 +222,7 @@ def read_json(path: Path) -> Any:
         table = json.loads(text)
         if HALF.search(text):
             json.dumps(table, ensure_ascii=False).encode()
-        return table
+        return table if isinstance(table, dict) else {}
     except OSError as error:
         raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
     except RecursionError:

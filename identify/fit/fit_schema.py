@@ -14,7 +14,6 @@ from ..schema import (
     Number,
     Size,
     SizeWritten,
-    Written,
     check,
     check_covariance,
     check_different,
@@ -22,6 +21,7 @@ from ..schema import (
     check_length,
     check_rows,
 )
+from .agreement import Scores
 from .fit import Unclear
 from .repeatability import Repeatability
 
@@ -53,20 +53,13 @@ class FullEstimate(Struct, frozen=True, kw_only=True):
     covariance: tuple[tuple[Number, ...], ...]
 
 
-class ScoresRow(Struct, frozen=True, kw_only=True):
-    """Scores of one run, one number per joint; see `Scores`."""
-
-    run: str
-    noise_source: str
-    relative: tuple[Written, ...]
-    r_squared: tuple[Written, ...]
-    residual_rms: tuple[Written, ...]
-    noise: tuple[Written, ...]
-    over_noise: tuple[Written, ...]
-
-
 SCORES = ("relative", "r_squared", "residual_rms", "noise", "over_noise")
 """Scores that the file stores for each run, one number per joint."""
+SAME = (
+    "runs", "measures", "rows", "condition", "filtering", "carried", "edits", "simulations", "unclear",
+    "warnings", "suspicions", "repeatability",
+)  # fmt: skip
+"""Fields that a fit has as the file has them."""
 
 
 class FitFile(Struct, frozen=True, kw_only=True):
@@ -98,8 +91,8 @@ class FitFile(Struct, frozen=True, kw_only=True):
     standard_parameters: tuple[Number, ...] | None
     unclear: tuple[Unclear, ...]
     warnings: tuple[str, ...]
-    agreement: tuple[ScoresRow, ...]
-    validation: tuple[ScoresRow, ...]
+    agreement: tuple[Scores, ...]
+    validation: tuple[Scores, ...]
     model: tuple[str, ...]
     suspicions: tuple[str, ...]
     repeatability: Repeatability | None

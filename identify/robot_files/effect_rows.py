@@ -2,15 +2,18 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
-from typing import Any, NamedTuple, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from ..arm.robot import Robot
 from ..effects import EFFECTS, Effect, Prior, load_installed
 from ..errors import ExidynError, RobotError, UnknownJoint, listed
 from ..measurements import MEASUREMENTS, Measurement
-from .toml_fields import block, boolean, check_keys, number, numbers, string, strings, tables
+from ..schema import Name, Probability, checked
+from .toml_fields import block, boolean, check_keys, number, numbers, string
 
 EFFECT_KEYS = ("name", "values", "tolerance", "std")
 """Keys of an effect's row that are not fields of the effect."""
@@ -152,32 +155,20 @@ def _priors(row: Mapping[str, Any], names: Sequence[str]) -> dict[str, Prior]:
     return {n: Prior(float(v), float(s)) for n, v, s in zip(names, values, std, strict=True)}
 
 
-class FindingRow(NamedTuple):
+class FindingRow(Struct, frozen=True, forbid_unknown_fields=True):
     """One finding."""
 
-    effect: str  # name in the vocabulary
-    joints: tuple[str, ...]  # names of the joints on which it acts; empty for the whole arm
-    probability: float  # probability that the missing physics is this effect
+    effect: Name  # name in the vocabulary
+    joints: tuple[Name, ...]  # names of the joints on which it acts; empty for the whole arm
+    probability: Probability  # probability that the missing physics is this effect
     in_model: bool  # whether the model of the file holds it
 
 
 def findings_text(rows: Sequence[FindingRow]) -> str:
     """A table [[finding]] for each."""
-    return "\n".join(block(f"[[{FINDING}]]", row._asdict()) + "\n" for row in rows)
+    return "\n".join(block(f"[[{FINDING}]]", asdict(row)) + "\n" for row in rows)
 
 
 def parse_findings(table: dict[str, Any]) -> list[FindingRow]:
     """The findings of a parsed robot.toml; none in a file that no diagnosis wrote."""
-    rows = []
-    for place, row in enumerate(tables(table[FINDING], FINDING) if FINDING in table else ()):
-        where = f"[[{FINDING}]] {place + 1}"
-        check_keys(row, FindingRow._fields, where)
-        rows.append(
-            FindingRow(
-                string(row.get("effect"), f"{where} effect"),
-                tuple(strings(row.get("joints"), f"{where} joints")),
-                number(row.get("probability"), f"{where} probability", 0.0),
-                boolean(row.get("in_model"), f"{where} in_model"),
-            )
-        )
-    return rows
+    return checked(table.get(FINDING, []), list[FindingRow], f"[[{FINDING}]]", RobotError)

@@ -35,7 +35,7 @@ class Outer(Struct, frozen=True):
 @pytest.mark.parametrize(
     ("table", "told"),
     [
-        ([], "the whole: expected object, got array; found []"),
+        ([], "expected object, got array; found []"),
         ({}, "key 'rows' is missing"),
         ({"rows": [{}]}, "rows[0]: key 'place' is missing"),
         ({"rows": [{"place": 0}, {"place": -1}]}, "rows[1].place: expected int >= 0; found -1"),

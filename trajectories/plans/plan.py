@@ -14,6 +14,7 @@ from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.identification.model import Model
 from exidyn.identification.notebook import InNotebook
 from exidyn.identification.robot_files.robot_text import model_text, moving_text
+from exidyn.identification.schema import Name, Number
 
 from ..errors import BadLimits, NotATrajectory
 from ..limits.usable_limits import require_movable
@@ -31,11 +32,11 @@ class Plan(InNotebook):
     """A planned trajectory, and what the arm and its operator need to know about it."""
 
     trajectory: Trajectory  # the motion
-    joints: tuple[str, ...]  # names of the joints, in the order of every (t, n) array
+    joints: tuple[Name, ...]  # names of the joints, in the order of every (t, n) array
     units: tuple[str, ...]  # unit of each joint's position, "rad" or "m"
-    robot: str  # name of the robot
-    robot_hash: str  # hash of the robot's geometry and limits
-    model_hash: str  # hash of the nominal model
+    robot: Name  # name of the robot
+    robot_hash: Name  # hash of the robot's geometry and limits
+    model_hash: Name  # hash of the nominal model
     limits: Limits  # limits of the robot, without margins
     # Safety margins to the limits, by name: a share [-], or a position [rad].
     margins: Mapping[str, float] = field(default_factory=dict)
@@ -44,7 +45,7 @@ class Plan(InNotebook):
     # Other facts by name, such as condition number, largest deviation, solver, seconds.
     details: Mapping[str, float | str] = field(default_factory=dict)
     seed: int = 0  # seed of the random starts
-    tick: float = 0.004  # sampling period of the controller [s]
+    tick: Number = 0.004  # sampling period of the controller [s]
     payload_pair: bool = False  # whether the motion is to be run twice, unloaded and loaded
     assumed: tuple[str, ...] = ()  # sentences on assumptions
     # Whether it was read from a file without a checksum, which a person wrote or changed.

@@ -14,7 +14,7 @@ from typing import Any
 
 from exidyn.identification.arm.robot import Limits
 from exidyn.identification.errors import RobotError
-from exidyn.identification.file_names import other_format, read_failure
+from exidyn.identification.file_names import other_format, read_failure, write_whole
 from exidyn.identification.robot_files.toml_fields import (
     block,
     check_keys,
@@ -23,11 +23,12 @@ from exidyn.identification.robot_files.toml_fields import (
     numbers,
     parse_toml,
 )
+from exidyn.identification.schema import checked
 
 from ..errors import BadLimits, NotATrajectory
 from ..limits.usable_limits import require_movable
 from .plan import Plan
-from .trajectory_rows import read_fields, read_trajectory, trajectory_blocks
+from .trajectory_rows import read_fields, trajectory_blocks
 
 FORMAT = 1
 """Version of the format; increased when a reader of the previous version would misunderstand a file."""
@@ -48,9 +49,7 @@ REMARK = "# A motion planned by exidyn, in SI units; 'exidyn excite --show' plot
 
 def write_plan(plan: Plan, path: Path | str) -> Path:
     """Write a trajectory file; it gets its name only when it is complete. Returns its path."""
-    part = Path(path).with_name(Path(path).name + ".part")
-    part.write_text(plan_text(plan), encoding="utf-8")
-    return part.replace(path)
+    return write_whole(path, plan_text(plan))
 
 
 def read_plan(path: Path | str) -> Plan:
@@ -112,18 +111,16 @@ def _plan(table: Mapping[str, Any]) -> Plan:
         if not isinstance(table.get(key), Mapping):
             reason = f"expected a table [{key}]; found {table[key]!r}" if key in table else "is missing"
             raise NotATrajectory(f"'{key}' {reason}; was the file cut off?")
-    head = read_fields(Plan, table, [name for name in HEAD if name != "reached"], "")
-    if "reached" in table:
-        head["reached"] = float(_any_number(table["reached"], "reached"))
+    head = read_fields(Plan, table, (*HEAD, "trajectory"))
+    detail: Any = int | float | str  # an integer stays an integer
     for unit in head["units"]:
         if unit not in UNITS:
             raise NotATrajectory(f"units: '{unit}' is not one of {', '.join(UNITS)}")
     return Plan(
-        trajectory=read_trajectory(table["trajectory"], "[trajectory]"),
         limits=_limits(table["limits"], len(head["joints"])),
         margins={key: number(value, f"[margins] {key}", 0.0) for key, value in table["margins"].items()},
         details={
-            key: value if isinstance(value, str) else _any_number(value, f"[details] {key}")
+            key: checked(value, detail, f"[details] {key}", RobotError)
             for key, value in table["details"].items()
         },
         **head,
@@ -154,13 +151,6 @@ def _require_number_of_commands(plan: Plan) -> None:
             f"{plan.trajectory.duration:g} s with a command every {plan.tick:g} s are {count:.3g} commands, "
             f"more than {MOST_COMMANDS:g}; was a duration or 'tick' edited?"
         )
-
-
-def _any_number(value: object, where: str) -> float:
-    """A number, possibly infinity or NaN for an unknown value; an integer stays an integer."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise NotATrajectory(f"{where}: expected a number; found {value!r}")
-    return value
 
 
 def _check_kind(table: Mapping[str, Any]) -> None:

@@ -9,8 +9,8 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
+import msgspec
 import numpy as np
 
 from ...errors import BadTime, NotAFile, RecordingError
@@ -168,17 +168,15 @@ def _read_head(contents: Contents, path: Path) -> Head:
 
 
 def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
-    payload: Any = json.loads(record["payload"])
     epoch, samples = int(record["epoch_ns"]), json.loads(record["samples"])
     for key, value in {"epoch_ns": epoch, **samples}.items():
         if not 0 <= int(value) < 2**63:
             raise ValueError(f"{key} is {value}; expected a whole number of 63 bits")
     trajectory = contents.attachments.get("trajectory")
-    known = tuple((name, value) for name, value in payload["known"]) if payload else ()
     return Head(
         name=record["name"],
         model=parse_model(contents.attachments["robot.toml"].data.decode()),
-        payload=KnownPayload(payload["name"], known) if payload else None,
+        payload=msgspec.json.decode(record["payload"], type=KnownPayload | None),
         trajectory=trajectory.data.decode() if trajectory else "",
         settings=contents.metadata.get("settings", {}),
         warnings=tuple(str(warning) for warning in json.loads(record["warnings"])),

@@ -8,6 +8,7 @@ from typing import IO, NamedTuple
 import numpy as np
 import pinocchio as pin
 from mcap.writer import CompressionType, Writer
+from msgspec import to_builtins
 
 from ...arm.newton_euler import link_frames, link_poses
 from ...model import Model
@@ -44,13 +45,12 @@ class Head:
 
     def record(self) -> dict[str, str]:
         """Metadata record "exidyn"."""
-        payload = {"name": self.payload.name, "known": self.payload.known} if self.payload else None
         return {
             "format": FORMAT,
             "name": self.name,
             "epoch_ns": str(self.epoch),
             "host_clock": json.dumps(self.host_clock),
-            "payload": json.dumps(payload),
+            "payload": json.dumps(to_builtins(self.payload, enc_hook=float)),
             "samples": json.dumps(dict(self.samples)),
             "warnings": json.dumps(self.warnings),
         }

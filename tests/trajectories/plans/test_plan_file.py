@@ -47,7 +47,7 @@ def test_every_family_comes_back_to_the_last_bit(family, tmp_path):
 class Made(Fourier):
     """A family of this test, with every kind of field."""
 
-    inner: Fourier | None = None
+    inner: Trajectory | None = None
     parts: tuple[Trajectory, ...] = ()
     joints: tuple[str, ...] = ()
     order: tuple[int, ...] = ()
@@ -70,17 +70,6 @@ def test_a_new_family_costs_one_line(made):
     text = plan_text(known_plan(made))
     assert "[[trajectory.parts.parts]]" in text
     assert same(parse_plan(text).trajectory, made)
-
-
-def test_an_inner_trajectory_of_the_wrong_family_is_refused(made):
-    text = plan_text(known_plan(made))
-    head, inner, rest = re.split(r"(?<=\n)(\[trajectory.inner\]\n.*?)(?=\[\[)", text, maxsplit=1, flags=re.S)
-    other = plan_text(known_plan(phases())).split("[trajectory]\n")[1].split("[margins]")[0]
-    with pytest.raises(
-        NotATrajectory, match=r"inner: a phases, expected a trajectory of family fourier or made"
-    ):
-        parse_plan(head + "[trajectory.inner]\n" + other + rest)
-    assert "fourier" in inner
 
 
 def test_a_family_that_is_in_no_table_cannot_be_written():
@@ -121,19 +110,19 @@ def test_a_file_cut_off_anywhere_is_refused(family):
             "format 0; this version reads 1; write it anew with exidyn excite ROBOT",
         ),
         ('kind = "trajectory"', 'kind = "robot"', "not a trajectory file: kind = 'robot'"),
-        ('"fourier"', '"furier"', r"\[trajectory\]: family 'furier'; expected one of: chirp, fourier"),
-        ('family = "fourier"', "", r"\[trajectory\]: no key 'family'; expected one of: chirp"),
-        ("period = 3.3333333333333335", "", r"\[trajectory\]: key 'period' is missing, expected a number"),
+        ('"fourier"', '"furier"', r"trajectory: family 'furier'; expected one of: chirp, fourier"),
+        ('family = "fourier"', "", r"trajectory: no key 'family'; expected one of: chirp"),
+        ("period = 3.3333333333333335", "", r"trajectory: key 'period' is missing; was the file"),
         (
             "period = ",
             "periode = ",
-            r"\[trajectory\]: unknown key 'periode'. Valid keys: centre, cosine, fam",
+            r"trajectory: fourier: unknown key 'periode'. Valid keys: centre, cosine, fam",
         ),
-        ("periods = 2", "periods = 2.5", r"\[trajectory\] periods: expected a whole number; found 2.5"),
-        ("periods = 2", "periods = 0", r"\[trajectory\]: Fourier: period 3.33333 s, 0 times"),
-        ("centre = [0.1", "centre = [nan", r"centre\[0\]: expected a finite number; found nan"),
-        ("centre = [0.1, ", "centre = [", r"\[trajectory\]: Fourier: centre \(1,\), sine \(2, 5\)"),
-        ("  [0.01257302210933933, ", "  [", r"\[trajectory\] sine: row 1 has shape \(5,\), and row 0 \(4,\)"),
+        ("periods = 2", "periods = 2.5", r"trajectory: periods: expected whole number; found 2.5"),
+        ("periods = 2", "periods = 0", r"trajectory: Fourier: period 3.33333 s, 0 times"),
+        ("centre = [0.1", "centre = [nan", r"centre: expected a number .*; found nan at \[0\]"),
+        ("centre = [0.1, ", "centre = [", r"trajectory: Fourier: centre \(1,\), sine \(2, 5\)"),
+        ("  [0.01257302210933933, ", "  [", r"trajectory: sine: expected rows of one length"),
         ("tick = 0.004", "tick = 0.0", "tick is 0 s, expected above 0"),
         ("seed = 12", "sead = 12", "unknown key 'sead'. Valid keys: assumed, checksum, criterion, details"),
         ('units = ["rad", "rad"]', 'units = ["rad", "deg"]', "units: 'deg' is not one of rad, m"),
@@ -142,7 +131,7 @@ def test_a_file_cut_off_anywhere_is_refused(family):
             'units = ["rad"]',
             "units has 1 entries, and the trajectory moves 2 joints",
         ),
-        ('joints = ["shoulder", "elbow"]', 'joints = "shoulder"', "joints: expected a list, each a text"),
+        ('joints = ["shoulder", "elbow"]', 'joints = "shoulder"', "joints: expected list; found 'shoulder'"),
         ('["shoulder", "elbow"]', '["a", "b", "c"]', r"\[limits\] position_lower: 2 values, expected 3"),
         ("velocity = [3.0, 3.0]", "velocity = [3.0, nan]", r"\[limits\] velocity\[1\]: expected a number"),
         ("jerk = [200.0, 200.0]", "", r"\[limits\]: key 'jerk' is missing"),
