@@ -265,6 +265,7 @@ def test_the_short_page_is_read_at_a_glance():
     assert len(lines) <= 25
     assert max(map(len, lines)) <= 80
     assert lines[-1] == "- No payload."
+    assert any(line.startswith("- Next: ") for line in lines)
     assert "Residual by cause" in summary(one)
 
 
