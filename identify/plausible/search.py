@@ -6,6 +6,7 @@ table with which the log fits as correct logs do, and the described bodies do no
 
 from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from heapq import nlargest
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -167,19 +168,30 @@ def _of_sizes(start: Explanation, facts: LogFacts, table: Sequence[Mistake]) -> 
 
 def _of_motion(start: Explanation, facts: LogFacts, table: Sequence[Mistake]) -> list[Explanation]:
     """Other positions, orders, mixtures and gravity: the best by bodies of any mass, with their masses."""
-    motions: dict[bytes, Reading] = {}  # several changes of efforts share one motion
-    quick = []
-    for prior, mistake, case in _cases(start, facts, table, sizes=False):
-        reading = start.reading.changed(case.change)
-        if case.change.position is not None and case.change.zero is None:
-            first = motions.setdefault(case.change.position.tobytes(), reading)
-            reading.__dict__["columns"] = first.columns
-        quick.append((prior + reading.quick, prior, mistake, case, reading))
-    quick.sort(key=lambda item: -item[0])
+    finalists = nlargest(FINALISTS, _quick(start, facts, table), key=lambda item: item[0])
     return [
         _with(start, prior - _by_chance(start, reading), mistake, case, reading, reading.evidence)
-        for _, prior, mistake, case, reading in quick[:FINALISTS]
+        for _, prior, mistake, case, reading in finalists
     ]
+
+
+def _quick(
+    start: Explanation, facts: LogFacts, table: Sequence[Mistake]
+) -> Iterator[tuple[float, float, Mistake, Case, Reading]]:
+    """Log odds by a single pass and prior of each case of another motion, with the reading that it makes."""
+
+    def motion(item: tuple[float, Mistake, Case]) -> bytes:
+        change = item[2].change
+        return b"" if change.position is None or change.zero is not None else change.position.tobytes()
+
+    # Several changes of efforts share one motion, whose columns take megabytes: they are freed with the last.
+    before, earlier = b"", start.reading
+    for prior, mistake, case in sorted(_cases(start, facts, table, sizes=False), key=motion):
+        reading, now = start.reading.changed(case.change), motion((prior, mistake, case))
+        if now and now == before:
+            reading.__dict__["columns"] = earlier.columns
+        before, earlier = now, reading
+        yield prior + reading.quick, prior, mistake, case, reading
 
 
 def _by_chance(start: Explanation, reading: Reading) -> float:
