@@ -18,7 +18,7 @@ from .once import with_contacts
 from .problem import Problem
 from .ranking import Shapes, ranked
 from .selected import Selected, answers_of, compared_with, credible, keys_of, log_prior
-from .simpler import simplest
+from .simpler import SAME, simplest
 
 TURNS = 16
 """Maximum number of additions in one pass."""
@@ -87,14 +87,14 @@ def material_answers(answers: Sequence[Answer], prediction: Prediction) -> list[
 def _material(answer: Answer, prediction: Prediction) -> bool:
     """Whether an effect explains more of the residual than errors in the formulas of other effects could.
 
-    This is judged on that of its joints that shows it best, by the common variance of blocks. A smooth torque
-    must also exceed the sensors' error of the joint's usual torque.
+    This is judged on that of its joints that shows it best, by the common variance of blocks. A torque that
+    varies as smoothly as the motion must also exceed the sensors' error of the joint's usual torque.
     """
-    acting = answer.columns.joints
+    acting, torque, usual = answer.columns.joints, answer.torque, answer.columns.usual
     joint = int(acting[np.argmax(answer.by_joint[acting])])
     before, explained = explained_variance(prediction, answer, joint)
-    least, usual = FORMULA**2 * before, answer.columns.usual
-    if answer.candidate.smooth and usual is not None:
+    least, varies = FORMULA**2 * before, np.ptp(torque, axis=0).max() > SAME * np.abs(torque).max()
+    if answer.candidate.smooth and varies and usual is not None:
         least = max(least, (LINEAR * usual[acting == joint][0]) ** 2)
     return explained > least or answer.relief > CERTAIN_ODDS
 
