@@ -10,7 +10,6 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from ...errors import BadTime, NotAFile, RecordingError
@@ -168,7 +167,8 @@ def _read_head(contents: Contents, path: Path) -> Head:
 
 
 def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
-    epoch, samples = int(record["epoch_ns"]), json.loads(record["samples"])
+    epoch = int(record["epoch_ns"])
+    samples, payload = (json.loads(record[name]) for name in ("samples", "payload"))
     for key, value in {"epoch_ns": epoch, **samples}.items():
         if not 0 <= int(value) < 2**63:
             raise ValueError(f"{key} is {value}; expected a whole number of 63 bits")
@@ -176,7 +176,7 @@ def _parse_head(record: Mapping[str, str], contents: Contents) -> Head:
     return Head(
         name=record["name"],
         model=parse_model(contents.attachments["robot.toml"].data.decode()),
-        payload=msgspec.json.decode(record["payload"], type=KnownPayload | None),
+        payload=KnownPayload(payload["name"], tuple(map(tuple, payload["known"]))) if payload else None,
         trajectory=trajectory.data.decode() if trajectory else "",
         settings=contents.metadata.get("settings", {}),
         warnings=tuple(str(warning) for warning in json.loads(record["warnings"])),
