@@ -143,9 +143,8 @@ def test_one_strange_block_hardly_changes_the_variance_that_all_share():
 
 
 def test_an_effect_matters_though_one_block_is_predicted_worse_with_it():
-    rows = np.full((20, 1), 50.0)
-    without = np.full((20, 1), 100.0)
-    beside = np.full((20, 1), 50.0)
+    rows, without = np.full((20, 1), 50.0), np.full((20, 1), 100.0)
+    beside = rows.copy()
     beside[4] = 5000.0
     prediction = SimpleNamespace(
         errors=without, common_variance=lambda errors, share: common_variance(share * errors, share * rows)
@@ -157,6 +156,7 @@ def test_an_effect_matters_though_one_block_is_predicted_worse_with_it():
         by_joint=np.ones(1),
         joint=0,
         relief=0.0,
+        torque=np.eye(2)[:, :1],
         candidate=SimpleNamespace(smooth=False),
         columns=SimpleNamespace(usual=np.full(1, 40.0), joints=np.zeros(1, int)),
     )
@@ -164,6 +164,7 @@ def test_an_effect_matters_though_one_block_is_predicted_worse_with_it():
     # Of a variance of 2 N² m² it takes one: less than the sensors' error of 40 N m, which is slow.
     effect.candidate.smooth = True
     assert not _material(effect, prediction)
+    assert _material(SimpleNamespace(**vars(effect) | {"torque": np.ones((2, 1))}), prediction)  # a constant
     effect.candidate.smooth, effect.errors = False, 0.9999 * without
     assert not _material(effect, prediction)
 
