@@ -41,8 +41,8 @@ def shown_by_held_out(answers: Sequence[Answer], total: float) -> list[Selected]
 def proven(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
     """The findings, each marked by whether its effect on fitted blocks and on held-out runs excludes zero.
 
-    Only what it explains beyond all other findings counts, on the joint that shows it best. A finding is also
-    proven if nominal values could only replace it by being far off.
+    Only what it explains beyond all other findings counts, on the joint whose fitted blocks show that best.
+    It is also proven if nominal values could only replace it by being far off.
     """
     return [
         finding._replace(
@@ -67,9 +67,10 @@ def supported(problem: Problem, selected: Sequence[Selected]) -> list[Selected]:
 def _excludes_zero(problem: Problem, selected: Sequence[Selected], finding: Selected) -> bool:
     with_finding = problem.prediction(answers_of(selected))
     without = problem.prediction([other.answer for other in selected if other is not finding], with_finding)
-    joint, fitted = finding.answer.joint, problem.blocks.fitted
-    before, after = without.errors[:, joint], with_finding.errors[:, joint]
-    return explains(before[fitted], after[fitted]) and explains(before[~fitted], after[~fitted])
+    before, after, fitted = without.errors, with_finding.errors, problem.blocks.fitted
+    joints = finding.answer.columns.joints.tolist()
+    joint = min(joints, key=lambda j: _upper(before[fitted, j], after[fitted, j]))
+    return all(explains(before[blocks, joint], after[blocks, joint]) for blocks in (fitted, ~fitted))
 
 
 def explains(before: np.ndarray, after: np.ndarray) -> bool:
@@ -79,5 +80,10 @@ def explains(before: np.ndarray, after: np.ndarray) -> bool:
     """
     if len(before) < FEW:
         return True
+    return _upper(before, after) < 0.0
+
+
+def _upper(before: np.ndarray, after: np.ndarray) -> float:
+    """Upper end of the interval of the relative change of the squared errors of blocks (k,)."""
     change, std = relative_change(before, after)
-    return change < -stats.t.ppf(PROVEN, len(before) - 1) * std
+    return float(change + stats.t.ppf(PROVEN, max(len(before) - 1, 1)) * std)
