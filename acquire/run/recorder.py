@@ -94,5 +94,5 @@ class RunHead(Head):
 
 
 def _plain(value: Any) -> Any:
-    """A mapping of any type, as a driver may have it, or a number of numpy, as JSON has it."""
-    return dict(value) if isinstance(value, Mapping) else value.item()
+    """A mapping of any type, numbers of numpy, or the text of anything else a driver has, for JSON."""
+    return dict(value) if isinstance(value, Mapping) else getattr(value, "tolist", lambda: str(value))()
