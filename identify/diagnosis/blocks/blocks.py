@@ -29,22 +29,23 @@ class Blocks:
     number: np.ndarray  # block of each row, shape (r,)
     fitted: np.ndarray  # whether a block belongs to a fitted run, shape (k,); others are held out
     first: np.ndarray  # row in which the motion of each row was made for the first time, shape (r,)
-    seconds: float  # duration of a fitted block, once [s]
+    seconds: float  # duration of a fitted block, in all laps [s]
 
     @classmethod
     def of(cls, runs: Sequence[Driven], held_out: str) -> "Blocks":
         """Cut runs into blocks; runs with the role `held_out` are only predicted."""
         first = first_rows(runs)
-        new = first == np.arange(len(first))
-        durations = [period(run) * np.sum(new[rows]) for run, rows in zip(runs, slices(runs), strict=True)]
+        new, laps = first == np.arange(len(first)), np.bincount(first, minlength=len(first))
+        pieces = [rows.start + np.flatnonzero(new[rows]) for rows in slices(runs)]
+        durations = [period(run) * laps[piece].sum() for run, piece in zip(runs, pieces, strict=True)]
         total = sum(d for d, run in zip(durations, runs, strict=True) if run.role != held_out)
         seconds = max(SHORTEST, min(SECONDS, total / FEWEST), total / MOST)
         number, fitted = np.zeros(len(first), int), list[bool]()
-        for run, rows, duration in zip(runs, slices(runs), durations, strict=True):
-            count = max(1, round(duration / seconds)) if duration else 0
-            made = rows.start + np.flatnonzero(new[rows])
-            lengths = np.diff(np.arange(count + 1) * len(made) // max(count, 1))
-            number[made] = len(fitted) + np.repeat(np.arange(count), lengths)
+        for run, piece, duration in zip(runs, pieces, durations, strict=True):
+            most = int(period(run) * len(piece) / SHORTEST)
+            count = max(1, min(round(duration / seconds), most)) if len(piece) else 0
+            lengths = np.diff(np.arange(count + 1) * len(piece) // max(count, 1))
+            number[piece] = len(fitted) + np.repeat(np.arange(count), lengths)
             fitted += [run.role != held_out] * count
         return cls(number[first], np.array(fitted), first, seconds)
 
