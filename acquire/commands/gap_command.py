@@ -80,8 +80,7 @@ of the file's position servos.""",
 def gap_command(args: Namespace) -> Result:
     """Simulate and diagnose, write and print the results."""
     options.make_folder(args.output)
-    if args.save:
-        options.require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
+    options.require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
     try:
         source = Source(args.arm.read_bytes(), str(args.arm.resolve().parent), str(args.arm))
     except OSError as error:

@@ -3,10 +3,8 @@
 import shlex
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -15,17 +13,16 @@ from exidyn.drivers.values import checked
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import UnknownJoint
 from exidyn.identification.model import Model
-from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments import run_options
 from ..arguments.command import Command, Group, Option, number
 from ..arguments.options import BODY, FULL, JSON, output_option, robot_option
 from ..arguments.parser import DONE, WRONG
-from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
+from ..files.recorded_run import free_path, report_run, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.effort import flange_travel
-from ..jog.judgements import Judgement, Verdict, judge
+from ..jog.judgements import Verdict, judge
 from ..jog.there_and_back import (
     MOST_SLIDE,
     MOST_TURN,
@@ -41,10 +38,9 @@ from ..jog.there_and_back import (
 from ..run.arms import make_driver, standing_arm, with_body
 from ..run.before import StartRules
 from ..run.errors import NotAllowed, print_line
-from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job, Outcome
+from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job
 from ..run.recorder import require_free
 from ..terminal import run_summary
-from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
 
@@ -127,7 +123,10 @@ def jog_command(args: Namespace) -> int:
     travel = _travel(args, model.robot)
     run_options.stop_limits(args, model.robot)  # reports errors in its options before the confirmation
     name, settings = run_options.read_controller(args.controller, args.driver, args.set)
-    driver = _driver(args, name, settings, model, payload)
+    run_options.require_mock(args, name)
+    real = with_body(read_model(args.plant), payload) if args.plant else model
+    plant = standing_arm(model.robot, real, args.seed, payload.name if payload else "")
+    driver = make_driver(name, settings, model.robot, plant)
     path = free_path(args.output, "jog")
     require_free(path)
     require_attended(driver.simulated, args.yes)
@@ -141,12 +140,12 @@ def jog_command(args: Namespace) -> int:
     progress = partial(start_progress, duration(travel))
     outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [sink])
     judgements = judge(sink.course(), travel, model, payload.name if payload else "")
-    _report(jog, outcome, judgements, path)
-    print_where(recorder, path, f"info {shlex.quote(str(path))}")
-    alarm(outcome.unsafe)
-    if (code := code_of(outcome)) != DONE:
-        return code
-    return WRONG if any(judgement.verdict is Verdict.WRONG for judgement in judgements) else DONE
+    page = "\n".join([run_summary.after(outcome, args.full), jog_text.after(model.robot, travel, judgements)])
+    run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
+    table = {"exidyn_jog": 1, **jog_text.json_table(model.robot, travel, judgements), **run}
+    code = report_run(outcome, recorder, path, f"info {shlex.quote(str(path))}", page, table, args.json)
+    wrong = any(judgement.verdict is Verdict.WRONG for judgement in judgements)
+    return WRONG if code == DONE and wrong else code
 
 
 def _travel(args: Namespace, robot: Robot) -> Travel:
@@ -171,16 +170,6 @@ def _joint(name: str, robot: Robot) -> int:
     raise UnknownJoint(name, f"{robot.name} (numbers 1 to {robot.dof})", robot.joints)
 
 
-def _driver(
-    args: Namespace, name: str, settings: dict[str, object], model: Model, payload: KnownPayload | None
-) -> Driver:
-    """The driver; the mock gets a simulated arm."""
-    run_options.require_mock(args, name)
-    real = with_body(read_model(args.plant), payload) if args.plant else model
-    plant = standing_arm(model.robot, real, args.seed, payload.name if payload else "")
-    return make_driver(name, settings, model.robot, plant)
-
-
 def _standing(driver: Driver, info: Info) -> np.ndarray:
     """Current position, shape (n,) [rad] or [m]: the held position, or the median of received ones.
 
@@ -196,11 +185,3 @@ def _standing(driver: Driver, info: Info) -> np.ndarray:
     position = np.full(seen.shape[1], np.nan)
     position[known] = np.nanmedian(seen[:, known], axis=0)
     return position
-
-
-def _report(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:
-    robot, json_file = jog.model.robot, jog.args.json
-    content = {"exidyn_jog": 1, **jog_text.json_table(robot, jog.travel, judgements)}
-    run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
-    page = run_summary.after(outcome, jog.args.full) + "\n" + jog_text.after(robot, jog.travel, judgements)
-    hand_over(page, json_text(content | run | {"written": str(path)}), json_file)

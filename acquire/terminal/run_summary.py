@@ -169,17 +169,15 @@ def plan_table(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> dict[s
         "seed": plan.seed,
         "robot_hash": plan.robot_hash,
         "model_hash": plan.model_hash,
-        "use": {use.name: _use(use, plan.units) for use in uses},
+        "use": {
+            use.name: {
+                "units": [unit_of(use.name, unit) for unit in plan.units],
+                "lower": use.reached.lower,
+                "upper": use.reached.upper,
+                "share": abs(use.share),  # of the limit: 1 at the limit, None without one
+            }
+            for use in uses
+        },
         "beyond": beyond,
         "assumed": plan.assumed,
-    }
-
-
-def _use(use: Use, units: Sequence[str]) -> dict[str, Any]:
-    """Each joint's reached values and their share of the limit: 1 at the limit, None without one."""
-    return {
-        "units": [unit_of(use.name, unit) for unit in units],
-        "lower": use.reached.lower,
-        "upper": use.reached.upper,
-        "share": abs(use.share),
     }

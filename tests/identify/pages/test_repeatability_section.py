@@ -2,7 +2,7 @@
 
 from exidyn.identification.fit.repeatability import Repeatability, Repeated
 from exidyn.identification.fit.run_parts import Part
-from exidyn.identification.pages.repeatability_section import repeatability_section
+from exidyn.identification.pages.fit_parameters import repeatability_section
 
 PARTS = (Part("monday", 0.0, 30.0, {}), Part("tuesday", 0.0, 30.0, {}))
 

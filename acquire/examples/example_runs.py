@@ -1,6 +1,11 @@
-"""Example: wrong nominal drive gains, identified with a known payload and compared with the truth."""
+"""Examples that run commands.
 
-from dataclasses import replace
+In the first, wrong nominal drive gains are identified with a known payload and compared with the truth. The
+second has recordings of a real heavy robot, whose description lacks the counterbalance of joint 2.
+"""
+
+import shutil
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,15 +14,23 @@ from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
-from exidyn.identification.text_table import at_point, digits, table
+from exidyn.identification.text_table import at_point, digits, paragraph, table
 
-from .example_arm import CENTER, MASS, TRUTH, ExampleArm, Step, excited, recorded, step
+from .example_arm import CENTER, MASS, NOMINAL, TRUTH, ExampleArm, Step, excited, recorded, step
 
 GAIN_ERROR = 0.1
 """Relative error of the nominal drive gains; the paper found data sheets 8 to 19 % off."""
+DATA = Path(__file__).parent / "kr300"
+"""Folder of the recordings, with their license and source."""
+FILES = tuple(sorted(path.name for path in DATA.iterdir() if path.is_file()))
+KNOWN = (
+    "Its publishers state a gas counterbalance on joint 2 and a tool of about 151 kg. The description has "
+    "neither; it has the links as drawn. Ten seconds of motion were fitted, ten others only predicted.",
+    "License and source: {}",
+)
 
 
-def arm() -> ExampleArm:
+def gains_arm() -> ExampleArm:
     """The KR270, and its model with nominal drive gains that are too large by `GAIN_ERROR`."""
     truth = read_model("kr270")
     gain = (1 + GAIN_ERROR) * truth.robot.drive_gain
@@ -25,7 +38,7 @@ def arm() -> ExampleArm:
     return ExampleArm(truth, replace(truth, robot=wrong))
 
 
-def steps(folder: Path, length: float, search: float | None) -> list[Step]:
+def gains_steps(folder: Path, length: float, search: float | None) -> list[Step]:
     """Excite, record, identify. The plan needs the payload's center for its torque limits, not the fit."""
     mass = "--mass", MASS
     runs = folder / "unloaded.mcap", "--payload", folder / "loaded.mcap", *mass
@@ -39,7 +52,7 @@ def steps(folder: Path, length: float, search: float | None) -> list[Step]:
     ]
 
 
-def outcome(folder: Path) -> str:
+def gains_outcome(folder: Path) -> str:
     """Comparison of the identified and the true values."""
     text = f"Identified and true values; nominal drive gains are {100 * GAIN_ERROR:.0f} % too large."
     return f"{text}\n\n{comparison(read_fit(folder / 'fit.json'), read_model(str(folder / TRUTH)))}"
@@ -75,3 +88,25 @@ def comparison(fit: Fit, truth: Model) -> str:
     head = ["", "unit", "true", "nominal", "identified", "error %", "std %", "error/std"]
     labels = ([row[0] for row in rows], [row[1] for row in rows])
     return "\n".join(table(head, [list(row) for row in zip(*labels, *texts, strict=True)], left=(0, 1)))
+
+
+@dataclass(frozen=True)
+class RecordedArm:
+    """Files of an arm that was recorded."""
+
+    def write(self, folder: Path) -> None:
+        """Copy the files into a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in FILES:
+            shutil.copyfile(DATA / name, folder / name)
+
+
+def real_steps(folder: Path, _length: float, _search: float | None) -> list[Step]:
+    """Diagnose."""
+    runs = folder / "fit.csv.gz", "--validate", folder / "held_out.csv.gz"
+    return [step("diagnose", *runs, "--robot", folder / NOMINAL, "--output", folder / "exidyn-diagnosis")]
+
+
+def real_outcome(folder: Path) -> str:
+    """What is known of the robot from elsewhere."""
+    return "\n".join(line for part in KNOWN for line in paragraph(part.format(folder / "SOURCE.md")))
