@@ -122,11 +122,7 @@ def require_file(path: Path | None, option: str, read: Iterable[Path | str | Non
 
 
 def require_apart(path: Path, option: str, read: Iterable[Path | str | None]) -> None:
-    """Check that a result is not a folder, and does not overwrite a file that the command reads.
-
-    Raises:
-        OSError: If it is or does; the message names the option.
-    """
+    """Raise `OSError` with the option if a result is a folder or would overwrite a file that is read."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, f"{option} needs a file, this is a folder", str(path))
     sources = [source for source in read if source and Path(source).exists()]
@@ -137,11 +133,7 @@ def require_apart(path: Path, option: str, read: Iterable[Path | str | None]) ->
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of the results, before any work is done for them.
-
-    Raises:
-        OSError: If it cannot be made or written to; the message names the option.
-    """
+    """Make the folder of the results, before any work is done for them; `OSError` names the option."""
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(errno.EEXIST, "this file exists; --output needs a folder", str(folder))
     _make_writable(folder, "--output", folder)

@@ -179,7 +179,7 @@ def excite_command(args: Namespace) -> Result:
         table["expected"] = asdict(expected)
     file, robot = shlex.quote(str(path)), shlex.quote(args.robot)
     following = [f"excite {robot} --show {file}", f"record {file} --robot {robot}"]
-    return Result(plan_document(motion, uses, beyond, remarks), table, [path], following)
+    return Result(plan_document(motion, uses, beyond, remarks), table, [path], next=following)
 
 
 def _require_together(args: Namespace) -> None:

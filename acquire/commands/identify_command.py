@@ -5,7 +5,6 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.document.html import html
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
@@ -93,10 +92,8 @@ def identify_command(args: Namespace) -> Result:
         )
     file, report = args.output / "fit.json", args.output / "report.html"
     write_fit(fit, file)
-    document = fit_document(fit)
-    report.write_text(html(document), encoding="utf-8")
     following = [_next(args, fit, file)]
-    return Result(document, fit_text(fit), [file, report], following, later("fit_view", fit))
+    return Result(fit_document(fit), fit_text(fit), [file], report, following, later("fit_view", fit))
 
 
 def _next(args: Namespace, fit: Fit, file: Path) -> str:

@@ -178,7 +178,7 @@ def _result(args: Namespace, proposal: Proposal, preset: Path | None, written: l
     said = [proposal_text(proposal), f"import refuses the log: {refusal}" if refusal else first]
     go_on = "" if refusal else f"exidyn {following[0]}"
     content = as_json(proposal, list(map(str, written)), go_on) | {"refusal": refusal}
-    return Result("\n\n".join(filter(None, said)), content, written, [] if refusal else following)
+    return Result("\n\n".join(filter(None, said)), content, written, next=[] if refusal else following)
 
 
 def _refusal(args: Namespace, proposal: Proposal, preset: Path | None) -> str:

@@ -180,7 +180,7 @@ def _plan(args: Namespace) -> Result:
         )
     table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.output)}]}
     following = [f"record {shlex.quote(str(args.output))} --robot {shlex.quote(args.robot or 'ROBOT')}"]
-    return Result(plan_document(motion, uses, beyond, remarks), table, [args.output], following)
+    return Result(plan_document(motion, uses, beyond, remarks), table, [args.output], next=following)
 
 
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:

@@ -166,7 +166,7 @@ def _simulated(args: Namespace) -> Result:
     write_recording(recording, args.output)
     table = _table(recording, seconds) | {"written": str(args.output)}
     following = [f"simulate {shlex.quote(str(args.output))} --against RUN"] if args.against is None else []
-    return Result(_summary(recording, seconds), table, [args.output], following)
+    return Result(_summary(recording, seconds), table, [args.output], next=following)
 
 
 def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:

@@ -173,8 +173,7 @@ def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:
 def recorded_case(args: argparse.Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
     """The nominal model, and role and recording of each run; without --robot, the robot in the recordings.
 
-    Raises:
-        WrongUse: If the robot is given among the runs.
+    Raises `WrongUse` if the robot is given among the runs.
     """
     _refuse_robot_among_runs(args)
     model = read_model(args.robot) if args.robot else None

@@ -37,10 +37,9 @@ def before(checked: CheckedPlan, facts: Mapping[str, str]) -> str:
 
 
 def require_attended(simulated: bool, yes: bool) -> None:
-    """Raise if a real arm would move without confirmation.
+    """Raise `NotAllowed` if --yes comes for a real arm without the environment variable.
 
-    Raises:
-        NotAllowed: If --yes comes without the environment variable; a reused script may have it by oversight.
+    A reused script may have --yes by oversight.
     """
     if yes and not simulated and os.environ.get(UNATTENDED) != "yes":
         raise NotAllowed(
