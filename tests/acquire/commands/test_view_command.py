@@ -24,12 +24,12 @@ from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.recordings.recording import Event
 
-from ...parts.pages.browser import headless_browser, wait_for
+from ...parts.pages.browser import free_port, headless_browser, wait_for
 from ...parts.pages.report_pages import known_fit
 from ...parts.pages.rerun_viewer import numbers, read, require_drawn, require_poses, seconds
 from ...parts.small.small_diagnosis import nominal_model, recordings, with_remainder
 from ...parts.small.two_joint_files import run, write
-from ..views.test_live_view import coloured, free_port
+from ..views.test_live_view import coloured
 
 pytestmark = pytest.mark.clocked(patient=True)
 
