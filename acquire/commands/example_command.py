@@ -13,8 +13,7 @@ from exidyn.identification.errors import ExidynError
 from ..arguments.command import Command, Option, any_number, name_lines, valid_if
 from ..arguments.options import output_option
 from ..examples import example_files, example_runs
-from ..examples.example_arm import ExampleArm, Step
-from ..examples.example_runs import RecordedArm
+from ..examples.example_runs import ExampleArm, RecordedArm, Step
 from . import run_command
 
 SHORTEST = 20.0

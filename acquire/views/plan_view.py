@@ -61,7 +61,7 @@ def plan_view(plan: Plan, model: Model, space: Space) -> View:
 
 def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
     """Plots on the left, of all joints together or of each quantity; the arm on the right."""
-    shares, quantities = [], []
+    shares, quantities = list[rrb.TimeSeriesView](), list[rrb.Grid]()
     for curve in curves:
         name = curve.use.name
         largest = 110.0 * float(np.nanmax(curve.use.share, initial=1.0))  # [%], more than limits and values

@@ -20,7 +20,7 @@ import numpy as np
 
 from exidyn.acquire.command_line import main
 from exidyn.acquire.examples import example_runs
-from exidyn.acquire.examples.example_arm import MASS
+from exidyn.acquire.examples.example_runs import MASS
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.effects.rigid_body import with_bodies
 from exidyn.identification.fit.identification import identify
