@@ -155,8 +155,8 @@ def _init(args: Namespace, progress: Progress) -> Result:
     if still.position:
         proposal = without_still(proposal, model.robot, still)
         model = read_model(args.robot, moving, still.position)
-    kept = moving if fixed_joints else ()
-    texts = {args.output: robot_toml(proposal, model, urdf, log.name, kept, still.position)}
+    stated_joints = moving if fixed_joints else ()
+    texts = {args.output: robot_toml(proposal, model, urdf, log.name, stated_joints, still.position)}
     if tables is not None:
         texts[preset] = preset_toml(proposal, log.name, args.rate, still)
     for path in texts:
@@ -224,8 +224,8 @@ class Tables(NamedTuple):
 
 def _tables(args: Namespace, chosen: Mapping[str, Names]) -> Tables | None:
     """The longest table of each log; None for logs that are not tables."""
-    found = {log: read_tables(log) if is_table(log) else [] for log in args.logs}
-    others = [log for log, tables in found.items() if not tables]
+    tables_of = {log: read_tables(log) if is_table(log) else [] for log in args.logs}
+    others = [log for log, tables in tables_of.items() if not tables]
     if others:
         options = {"--columns": chosen, "--rate": args.rate, "--units": args.units, "--degrees": args.degrees}
         if stated := [option for option, value in options.items() if value]:
@@ -235,7 +235,7 @@ def _tables(args: Namespace, chosen: Mapping[str, Names]) -> Tables | None:
         if len(others) < len(args.logs):
             raise RecordingError(f"{others[0]} is not a table like the other logs; give logs of one kind")
         return None
-    longest = [_longest(log, tables, args.rate, chosen) for log, tables in found.items()]
+    longest = [_longest(log, tables, args.rate, chosen) for log, tables in tables_of.items()]
     _require_same(args.logs, [table.names for table in longest])
     values = np.concatenate([table.values for table in longest])
     return Tables(longest[0]._replace(values=values, lines=None), [len(table.values) for table in longest])

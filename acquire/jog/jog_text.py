@@ -30,7 +30,7 @@ def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
         f"{scale * travel.distance:+.2f} {unit} and back at {scale * travel.speed:.2g} {unit}/s, "
         f"about {duration(travel):.0f} s"
     ]
-    return "\n".join([*lines, *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")])
+    return "\n".join([*lines, *fact_lines(facts.items())])
 
 
 def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:

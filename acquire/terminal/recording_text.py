@@ -59,7 +59,7 @@ def describe(recording: Recording) -> str:
         "trajectory": "inside" if recording.trajectory else "none",
         **{one_line(name): text for name, text in recording.settings.items()},
     }
-    lines = [one_line(recording.name), *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")]
+    lines = [one_line(recording.name), *fact_lines(facts.items())]
     for block in (blocks_lines([_signals(recording)]), _ranges(recording), _course(recording)):
         lines += ["", *(f"  {line}" for line in block)] if block else []
     return "\n".join(lines + warning_lines(recording))

@@ -31,7 +31,7 @@ def before(checked: CheckedPlan, facts: Mapping[str, str]) -> str:
     """Robot, controller and motion against the limits."""
     plan = checked.plan
     lines = [f"{plan.robot}: {plan.trajectory.duration:.1f} s of motion"]
-    lines += fact_lines(facts.items(), max(map(len, facts), default=0) + 2, "  ")
+    lines += fact_lines(facts.items())
     table = use_table(plan, [*limit_use(plan), checked.torque.use])
     return "\n".join([*lines, "", *blocks_lines([table])])
 
