@@ -3,7 +3,6 @@
 import shlex
 import sys
 from argparse import Namespace
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -12,7 +11,6 @@ from exidyn.drivers import Driver, Info
 from exidyn.drivers.values import checked
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import UnknownJoint
-from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments import run_options
@@ -40,6 +38,7 @@ from ..run.before import StartRules
 from ..run.errors import NotAllowed, print_line
 from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job
 from ..run.recorder import require_free
+from ..run.stopping.watch import WatchLimits
 from ..terminal import run_summary
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
@@ -48,35 +47,6 @@ SLIPPED = "It moved when its drives were powered: check its brakes, and gains an
 ADVICE = "; the joint moves slowly, and Ctrl-C stops it."
 GENTLE = 0.05
 """Share of the limits for the approach of less than half a degree to the start of the motion [-]."""
-
-
-@dataclass
-class Jog:
-    """A requested jog."""
-
-    model: Model  # nominal model with the payload
-    travel: Travel  # travel of the joint
-    args: Namespace  # parsed command line
-    driver: Driver  # driver that is not open yet
-
-    def job(self, info: Info) -> Job:
-        """The job from the arm's current position; its drives are not powered yet.
-
-        Raises:
-            NotAllowed: If the controller takes no commands.
-            CannotStart: If the joint would leave its limits, or its position is unknown.
-        """
-        robot = self.model.robot
-        if info.listens:
-            raise NotAllowed("the controller only sends (ONLYSEND), so that no joint can be jogged")
-        position = _standing(self.driver, info)
-        require_room(robot, self.travel, position)
-        flange = flange_travel(robot, position, self.travel)
-        print_line(jog_text.before_motion(robot, self.travel, position, flange))
-        limits = run_limits(robot)
-        watch, current = run_options.stop_limits(self.args, robot)
-        motion = there_and_back(position, self.travel, limits, info.cycle)
-        return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), watch, current)
 
 
 @Command(
@@ -121,7 +91,7 @@ def jog_command(args: Namespace) -> int:
     nominal = read_model(args.robot)
     model = with_body(nominal, payload)
     travel = _travel(args, model.robot)
-    run_options.stop_limits(args, model.robot)  # reports errors in its options before the confirmation
+    stops = run_options.stop_limits(args, model.robot)
     name, settings = run_options.read_controller(args.controller, args.driver, args.set)
     run_options.require_mock(args, name)
     real = with_body(read_model(args.plant), payload) if args.plant else model
@@ -132,13 +102,12 @@ def jog_command(args: Namespace) -> int:
     require_attended(driver.simulated, args.yes)
     print(jog_text.before(model.robot, travel, run_options.run_facts(args, name, path)), file=sys.stderr)
     confirm(driver.simulated, args.yes, ADVICE)
-    jog = Jog(model, travel, args, driver)
-    sink = MemorySink()
+    job, sink = partial(_job, model.robot, travel, stops, driver), MemorySink()
     joint, unit = model.robot.joints[travel.joint], "rad" if model.robot.revolute[travel.joint] else "m"
     distance = f"{joint} by {travel.distance:g} {unit} and back"
     head = partial(run_head, name=path.stem, model=nominal, driver=name, payload=payload, jog=distance)
     progress = partial(start_progress, duration(travel))
-    outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [sink])
+    outcome, recorder = run_recorded(driver, job, path, head, progress, [sink])
     judgements = judge(sink.course(), travel, model, payload.name if payload else "")
     page = "\n".join([run_summary.after(outcome, args.full), jog_text.after(model.robot, travel, judgements)])
     run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
@@ -168,6 +137,25 @@ def _joint(name: str, robot: Robot) -> int:
     if name.isdecimal() and 1 <= int(name) <= robot.dof:
         return int(name) - 1
     raise UnknownJoint(name, f"{robot.name} (numbers 1 to {robot.dof})", robot.joints)
+
+
+def _job(
+    robot: Robot, travel: Travel, stops: tuple[WatchLimits, np.ndarray | None], driver: Driver, info: Info
+) -> Job:
+    """The job from the arm's current position; its drives are not powered yet.
+
+    Raises:
+        NotAllowed: If the controller takes no commands.
+        CannotStart: If the joint would leave its limits, or its position is unknown.
+    """
+    if info.listens:
+        raise NotAllowed("the controller only sends (ONLYSEND), so that no joint can be jogged")
+    position = _standing(driver, info)
+    require_room(robot, travel, position)
+    print_line(jog_text.before_motion(robot, travel, position, flange_travel(robot, position, travel)))
+    limits = run_limits(robot)
+    motion = there_and_back(position, travel, limits, info.cycle)
+    return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), *stops)
 
 
 def _standing(driver: Driver, info: Info) -> np.ndarray:
