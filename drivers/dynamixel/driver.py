@@ -18,7 +18,7 @@ from ..servo.servo_line import Codec, Goals, Measured, Reading, ServoSettings, S
 from ..settings import setting
 from . import packet as packets
 from . import registers
-from .health import DynamixelHealth, ServoData, current_units, find, require_healthy
+from .health import DynamixelHealth, ServoData, current_units, require_healthy
 from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
 
 WARM_EVERY = 100
@@ -57,7 +57,8 @@ class Dynamixel(ServoDriver):
 
     def _set_up(self, bus: ServoBus) -> Info:
         settings, warnings = self.settings, list[str]()
-        servos = find(bus, settings.baudrate)
+        answers = bus.find(settings.baudrate, registers.BAUDRATES)
+        servos = [ServoData(int.from_bytes(data[:2], "little"), data[2]) for data in answers]
         bus.set_checked(registers.STATUS_LEVEL, [2] * self.arm.dof)
         self._reset_watchdog(bus, warnings)
         self._shutdown = bus.read(registers.SHUTDOWN)
@@ -198,12 +199,6 @@ class Dynamixel(ServoDriver):
 
     def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)
-
-    def _to_register(self, counts: np.ndarray) -> list[int]:
-        return list(map(int, counts.tolist()))
-
-    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
-        return numbers.astype(float)
 
     def _guard(self, bus: ServoBus) -> bytes:
         """Start the watchdog; it may trip before the first cycle, which therefore resets it once."""

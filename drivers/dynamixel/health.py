@@ -9,7 +9,7 @@ from ..errors import BadSettings, NotReady
 from ..servo.servo_bus import ServoBus
 from ..servo.servo_line import Status
 from .packet import ALERT
-from .registers import BAUDRATES, HARDWARE_ERROR, MODELS, TORQUE, TRIPPED, WATCHDOG, hardware_errors
+from .registers import HARDWARE_ERROR, MODELS, TORQUE, TRIPPED, WATCHDOG, hardware_errors
 
 
 class ServoData(NamedTuple):
@@ -17,12 +17,6 @@ class ServoData(NamedTuple):
 
     model: int
     firmware: int
-
-
-def find(bus: ServoBus, baudrate: int) -> list[ServoData]:
-    """Find all servos, in the order of the joints. Raises LinkLost if some do not answer."""
-    answers = bus.find(baudrate, BAUDRATES)
-    return [ServoData(int.from_bytes(data[:2], "little"), data[2]) for data in answers]
 
 
 def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:

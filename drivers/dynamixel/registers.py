@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..servo.servo_line import Register
+from ..servo.servo_line import Register, Sign
 
 BAUDRATES = (57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
 """Baud rates that X servos support [bit/s]."""
@@ -27,18 +27,18 @@ WATCHDOG_UNIT = 0.02
 
 RETURN_DELAY = Register(9, 1, "return delay")
 MODE = Register(11, 1, "operating mode")
-HOMING = Register(20, 4, "homing offset", True)
-HIGHEST = Register(48, 4, "maximum position limit", True)
-LOWEST = Register(52, 4, "minimum position limit", True)
+HOMING = Register(20, 4, "homing offset", Sign.COMPLEMENT)
+HIGHEST = Register(48, 4, "maximum position limit", Sign.COMPLEMENT)
+LOWEST = Register(52, 4, "minimum position limit", Sign.COMPLEMENT)
 SHUTDOWN = Register(63, 1, "shutdown")
 TORQUE = Register(64, 1, "torque enable")
 STATUS_LEVEL = Register(68, 1, "status return level")
 HARDWARE_ERROR = Register(70, 1, "hardware error status")
-WATCHDOG = Register(98, 1, "bus watchdog", True)
+WATCHDOG = Register(98, 1, "bus watchdog", Sign.COMPLEMENT)
 PROFILE_ACCELERATION = Register(108, 4, "profile acceleration")
 PROFILE_VELOCITY = Register(112, 4, "profile velocity")
-GOAL = Register(116, 4, "goal position", True)
-PRESENT = Register(132, 4, "present position", True)
+GOAL = Register(116, 4, "goal position", Sign.COMPLEMENT)
+PRESENT = Register(132, 4, "present position", Sign.COMPLEMENT)
 
 TRIPPED = -1
 """Value of the bus watchdog after it has stopped the servo."""

@@ -162,12 +162,7 @@ class ServoBus:
 
     def packet(self, register: Register, values: Sequence[int]) -> bytes:
         """Packet that sets a register of all servos."""
-        size = register.size
-        mask = (1 << 8 * size) - 1
-        blocks = {
-            servo: (value & mask).to_bytes(size, "little")
-            for servo, value in zip(self.servos, values, strict=True)
-        }
+        blocks = dict(zip(self.servos, map(register.encode, values), strict=True))
         return self._codec.sync_write(register.address, blocks)
 
     def set_checked(self, register: Register, values: Sequence[int], pause: float = 0.0) -> None:
@@ -193,7 +188,7 @@ def _number(answer: Status | None, register: Register) -> int | None:
     """Value of a register in an answer; None without a valid answer."""
     if answer is None or len(answer.data) != register.size:
         return None
-    return int.from_bytes(answer.data, "little", signed=register.signed)
+    return register.decode(answer.data)
 
 
 LENGTHS = 4

@@ -27,7 +27,6 @@ from .servo_line import (
     ServoUnits,
     Status,
     Traffic,
-    explained,
 )
 
 BEFORE_RUN = 0.1
@@ -112,7 +111,7 @@ class ServoDriver(Driver):
         bus.drain()
         holding = np.array(bus.read(self.torque), bool)
         goals = np.where(holding, self._confirmed(bus, self.goal), self._confirmed(bus, self.present))
-        bus.set_checked(self.goal, self._to_register(goals))
+        bus.set_checked(self.goal, list(map(int, goals.tolist())))
         bus.set_checked(self.torque, [1] * self.arm.dof)
         self._armed = True
         once = self._guard(bus)
@@ -165,7 +164,8 @@ class ServoDriver(Driver):
             self._fault = self._fault or self._pause.text()
         answers = self._talk.exchange(packets, readings, events)
         now = self.clock.host_time()
-        measured, units = self._decode(_joined(answers, length), length), self._units
+        data = b"".join(bytes(length) if answer is None else answer.data for answer in answers)
+        measured, units = self._decode(data, length), self._units
         answered = [answer is not None for answer in answers]
         self._fault = self._fault or self._find_fault(answers, now, events)
         return self._samples.of(
@@ -261,7 +261,7 @@ class ServoDriver(Driver):
 
     def _read(self, bus: ServoBus, register: Register) -> np.ndarray:
         """Read a position register [counts], shape (n,)."""
-        return self._from_register(np.array(bus.read(register)))
+        return np.array(bus.read(register), float)
 
     def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
         """Packet with the goals of a stop or a command; a command outside the limits is a fault."""
@@ -275,7 +275,7 @@ class ServoDriver(Driver):
             low <= count <= high for low, count, high in zip(lowest, counts.tolist(), highest, strict=True)
         ]
         if all(inside):  # false for NaN
-            self._goal_packet = bus.packet(self.goal, self._to_register(counts))
+            self._goal_packet = bus.packet(self.goal, list(map(int, counts.tolist())))
             return self._goal_packet
         joint = inside.index(False)
         self._fault = self._fault or (
@@ -284,25 +284,23 @@ class ServoDriver(Driver):
         )
         return b""
 
-    def _window(self, bus: ServoBus) -> tuple[np.ndarray, np.ndarray]:
-        """Most negative and most positive motion from the present position, each of shape (n,) [rad]."""
-        ends = [self._units.displacement(end - self._read(bus, self.present)) for end in self._allowed]
-        return np.minimum(*ends), np.maximum(*ends)
-
     def _info(
         self, bus: ServoBus, signals: Sequence[str], warnings: Sequence[str], dead_man: str, **facts: str
     ) -> Info:
         """Metadata of the driver once it is set up; `facts` explain the measurements later."""
-        lower, upper = self._window(bus)
-        latency = f"{1e3 * self.latency:g} ms"
+        ends = [self._units.displacement(end - self._read(bus, self.present)) for end in self._allowed]
+        explained = {
+            name: " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+            for name, value in vars(self.settings).items()
+        }
         return Info(
             cycle=self.settings.cycle,
             clock="host",
             signals=tuple(signals),
             dead_man=dead_man,
-            window_lower=lower,
-            window_upper=upper,
-            settings=explained(self.settings) | {"adapter_latency": latency} | facts,
+            window_lower=np.minimum(*ends),
+            window_upper=np.maximum(*ends),
+            settings=explained | {"adapter_latency": f"{1e3 * self.latency:g} ms"} | facts,
             warnings=(*warnings, *latency_warnings(self.settings.port, self.latency)),
         )
 
@@ -335,19 +333,11 @@ class ServoDriver(Driver):
 
     @abstractmethod
     def _decode(self, data: bytes, length: int) -> Measured:
-        """Decode the concatenated answers of all servos, each of this length."""
+        """Decode the concatenated answers of all servos, each of this length; zeros replace missing ones."""
 
     @abstractmethod
     def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         """Why servos have stopped themselves, from their error bytes and gaps; empty if none has."""
-
-    @abstractmethod
-    def _to_register(self, counts: np.ndarray) -> list[int]:
-        """Convert counts to register values."""
-
-    @abstractmethod
-    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
-        """Convert register values to counts."""
 
     def _guard(self, bus: ServoBus) -> bytes:
         """Make the servos stop when the computer falls silent; returns packets for the first cycle."""
@@ -355,8 +345,3 @@ class ServoDriver(Driver):
 
     def _unguard(self, bus: ServoBus) -> None:  # noqa: B027 - not all servos have a watchdog
         """Make the servos keep holding when the computer falls silent."""
-
-
-def _joined(answers: Sequence[Status | None], length: int) -> bytes:
-    """Concatenate the data of all servos; zeros replace missing answers."""
-    return b"".join(bytes(length) if answer is None else answer.data for answer in answers)

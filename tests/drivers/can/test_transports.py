@@ -262,7 +262,7 @@ def _read(descriptor):
 def test_what_an_interface_returns_of_what_was_sent_is_passed_over():
     given = {"channel": "echo", "interface": "virtual", "ignore_config": True}
     with can.Bus(**given, receive_own_messages=True) as ours, can.Bus(**given) as theirs:
-        transport = PythonCanTransport(ours)
+        transport = PythonCanTransport(ours, "virtual")
         transport.send([(0x201, b"own")], 0.1)
         theirs.send(can.Message(arbitration_id=0x181, data=b"answer", is_extended_id=False))
         assert transport.receive(1.0) == (0x181, b"answer")
