@@ -39,14 +39,6 @@ class Frames(CanRound):
 
     The host has a node number too, and sends a heartbeat every `beat` [s]; drives that are `beating` send one
     every `heartbeat` [s]. `efforts` are the objects that measure current or torque.
-
-    Attributes:
-        control: Controlword of each drive; sent once `commanding`.
-        target: Target position of each drive [counts].
-        commanding: Whether controlwords and targets are sent.
-        status: Statusword of each drive; -1 before the first.
-        position: Position of each drive at the last SYNC that it answered [counts].
-        effort: Effort of each drive at the same SYNC [counts].
     """
 
     def __init__(
@@ -63,10 +55,11 @@ class Frames(CanRound):
         super().__init__(bus, names, may_skip=False)  # a drive without SYNC may take it for a fault
         self._nodes = nodes
         count = len(nodes)
-        self.control, self.target = [c.SHUT_DOWN] * count, [0] * count
-        self.commanding = False
-        self.status, self.position = [-1] * count, [0] * count
-        self.effort: list[float] = [0] * count
+        self.control, self.target = [c.SHUT_DOWN] * count, [0] * count  # controlwords, targets [counts]
+        self.commanding = False  # whether both are sent
+        self.status = [-1] * count  # statusword of each drive; -1 before the first
+        # Position and effort of each drive at the last SYNC that it answered [counts].
+        self.position, self.effort = [0] * count, list[float]([0] * count)
         self._measured_form = [struct.Struct(STOOD + e.form[1:] * beside(e)) for e in efforts]
         self._effort_form = [struct.Struct(e.form) for e in efforts]
         self._parts = [STOOD_PART if beside(e) else STOOD_PART | EFFORT_PART for e in efforts]

@@ -17,19 +17,13 @@ TRIES = 3
 
 
 class ServoBus:
-    """The servos of an arm on an open port.
-
-    Attributes:
-        names: Names of the servos by id, in the order of the joints.
-        servos: Ids of the servos, in the same order.
-        in_step: Whether the last answers were complete, in order, and followed by nothing.
-    """
+    """The servos of an arm on an open port: `names` by id, in the order of the joints."""
 
     def __init__(self, port: SerialPort, codec: Codec, names: Mapping[int, str]) -> None:
         self._port, self._codec, self.names = port, codec, dict(names)
-        self.servos = tuple(self.names)
+        self.servos = tuple(self.names)  # ids of the servos
         self.clock = port.clock
-        self.in_step = True
+        self.in_step = True  # whether the last answers were complete, in order, and followed by nothing
 
     def send_only(self, packets: bytes) -> None:
         """Send packets that have no answer. Raises LinkLost if the port is gone."""
