@@ -5,11 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from exidyn.drivers import create
-from exidyn.drivers.errors import BadSettings, NotReady
+from exidyn.drivers.errors import NotReady
 
-from ...parts.controllers.can_peers import ARM, drives, follow, standing
-from ...peers.can_arm import canopen_settings
+from ...parts.controllers.can_peers import drives, follow, standing
 
 CURRENT = 0.1 * np.arange(1, 7)
 """What the peer's motors draw [A], rated at 4 A and 2 N m."""
@@ -174,20 +172,3 @@ def test_a_type_that_is_not_the_objects_is_refused():
     with drives(current_object="0x6078:0 int32") as (_, driver):
         with pytest.raises(NotReady, match="answers 2 bytes for 0x6078:0 .*, its type here has 4"):
             driver.open()
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"current_object": "0x6078"}, ["'0x6078'", "index:sub type", "int16", "float32"]),
-        ({"current_object": "0x6078:0 word"}, ["'0x6078:0 word'", "int16"]),
-        ({"current_object": "0x1018:1 uint32"}, ["0x2000", "0x9FFF"]),
-        ({"current_object": ["0x6078:0 int16"] * 5}, ["current_object", "5 entries", "6 joints"]),
-        ({"current_scale": 0.001, "rated_current": 4.0}, ["joint1", "current_scale", "rated_current"]),
-        ({"current_object": "0x30D1:2 int32", "cycle": 0.002}, ["19 frames", "cycle"]),
-    ],
-)
-def test_settings_that_cannot_be_are_refused(change, words):
-    with pytest.raises(BadSettings) as caught:
-        create("canopen_402", {**canopen_settings("43113"), "bitrate": 800_000, **change}, ARM)
-    assert all(word in str(caught.value) for word in words), caught.value
