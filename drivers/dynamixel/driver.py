@@ -4,7 +4,7 @@ Each cycle is one write: the goals of all servos, and the question for current, 
 Each servo has a bus watchdog: if nothing arrives for a while, it stops, holds, and ignores goals until reset.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -124,28 +124,24 @@ class Dynamixel(ServoDriver):
         seconds = self._watchdog * registers.WATCHDOG_UNIT
         return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
 
-    def _warnings(self, bus: ServoBus, servos: Sequence[ServoData]) -> list[str]:
-        warnings = []
+    def _warnings(self, bus: ServoBus, servos: Sequence[ServoData]) -> Iterator[str]:
         if not np.all(self._current_unit):
-            warnings.append("some servos measure no current; only [drive] servo_gain identifies their joints")
+            yield "some servos measure no current; only [drive] servo_gain identifies their joints"
         if not self._watchdog:
-            warnings.append(
-                "without bus watchdog, servos keep moving to their last goal if this computer falls silent"
-            )
+            yield "without bus watchdog, servos keep moving to their last goal if this computer falls silent"
         unstopped = [
             bus.names[s] for s, servo in zip(bus.servos, servos, strict=True) if not stops_in_silence(*servo)
         ]
         if self._watchdog and unstopped:
-            warnings.append(
+            yield (
                 f"the bus watchdog of {', '.join(unstopped)} may trip without stopping the servo, as was "
                 "reported of its firmware. Try firmware 52 or newer, and unplug the cable once to test it"
             )
         if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
-            warnings.append(
+            yield (
                 "servos have homing offsets, with which some firmware moves when its bus watchdog stops it. "
                 "Try homing offsets of 0, and `zero` in the settings instead"
             )
-        return warnings
 
     def _identities(self, bus: ServoBus, servos: Sequence[ServoData]) -> dict[str, str]:
         texts = (
