@@ -111,15 +111,18 @@ class Frames(CanRound):
         self._missing = list(self._parts)
         self._bus.send_frames(self._sync)
 
-    def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:
-        """Write a value by SDO without waiting for an answer, because the drive may be absent."""
-        data = struct.pack(entry.form, value)
-        head = struct.pack("<BHB", 0x23 | 4 - len(data) << 2, entry.index, entry.sub)
-        self._bus.send_frames([(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0"))])
+    def leave(self) -> None:
+        """Make the drives no longer expect the host's heartbeat, and leave a quiet bus.
 
-    def manage(self, command: int) -> None:
+        No answer is waited for, because a drive may be absent.
+        """
+        entry = c.CONSUMER_HEARTBEAT
+        expect_nothing = struct.pack("<BHBI", 0x23, entry.index, entry.sub, 0)
         for node in self._nodes:
-            self._bus.send_frames([(c.NMT, bytes([command, node]))])
+            self._bus.send_frames([(c.SDO_TO_NODE + node, expect_nothing)])
+        self._clock.sleep(0.02)
+        for node in self._nodes:
+            self._bus.send_frames([(c.NMT, bytes([c.PRE_OPERATIONAL, node]))])
 
     def state(self, joint: int) -> str:
         return c.state(self.status[joint])

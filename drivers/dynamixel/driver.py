@@ -191,7 +191,7 @@ class Dynamixel(ServoDriver):
 
     def _begin(self) -> None:
         super()._begin()
-        self._health = DynamixelHealth(self._opened()[0], self._shutdown, self.clock.host_time())
+        self._health = DynamixelHealth(self._opened(), self._shutdown, self.clock.host_time())
 
     def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)

@@ -69,7 +69,7 @@ class ServoDriver(Driver):
         }
         self._units = ServoUnits(settings)
         self._bus: ServoBus | None = None
-        self._port: SerialPort | None = None
+
         self._armed = False
         self._samples = HostSamples(arm.dof)
         self._allowed = Goals(self._samples.unknown, self._samples.unknown)
@@ -88,8 +88,8 @@ class ServoDriver(Driver):
 
     def open(self) -> Info:
         """Open the port, find the servos and set them up; torque is left as it is."""
-        self._port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN, self.clock)
-        self._bus = ServoBus(self._port, self.codec, self._names)
+        port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN, self.clock)
+        self._bus = ServoBus(port, self.codec, self._names)
         self.latency = adapter_latency(self.settings.port)
         try:
             info = self._set_up(self._bus)
@@ -106,8 +106,8 @@ class ServoDriver(Driver):
         A servo without an integrator needs a position error to hold a load. With its position as the new
         goal, it would give way by this error.
         """
-        bus, port = self._opened()
-        port.set_patience(BEFORE_RUN)
+        bus = self._opened()
+        bus.port.set_patience(BEFORE_RUN)
         bus.drain()
         holding = np.array(bus.read(self.torque), bool)
         goals = np.where(holding, self._confirmed(bus, self.goal), self._confirmed(bus, self.present))
@@ -150,7 +150,7 @@ class ServoDriver(Driver):
 
     def exchange(self, command: Command | None) -> Sample:
         """Send the goals and ask for all measurements, in one write."""
-        bus, _ = self._opened()
+        bus = self._opened()
         tick, events, before = self._clock.wait(), list[str](), self._goal_packet
         packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
@@ -187,12 +187,12 @@ class ServoDriver(Driver):
         return "questions, and the set-up of a run; no goal, and torque is left as it is"
 
     def states(self) -> tuple[str, ...]:
-        bus, port = self._opened()
-        port.set_patience(BEFORE_RUN)
+        bus = self._opened()
+        bus.port.set_patience(BEFORE_RUN)
         try:
             torques = bus.peek(self.torque)
         finally:
-            port.set_patience(self._in_run)
+            bus.port.set_patience(self._in_run)
         return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in torques)
 
     def stop(self, level: StopLevel) -> None:
@@ -210,20 +210,21 @@ class ServoDriver(Driver):
 
     def close(self) -> None:
         """Leave the servos at their last goal, or off if the settings say so, and close the port."""
-        bus, port, self._bus, self._port = self._bus, self._port, None, None
+        bus, self._bus = self._bus, None
+        if bus is None:
+            return
         with suppress(DriverError):
-            if bus is not None and self._armed:
+            if self._armed:
                 if self.settings.at_end == "off":
                     bus.send_only(bus.packet(self.torque, [0] * self.arm.dof))
                 self._unguard(bus)
         self._armed = False
-        if port is not None:
-            port.close()
+        bus.port.close()
 
-    def _opened(self) -> tuple[ServoBus, SerialPort]:
-        if self._bus is None or self._port is None:
+    def _opened(self) -> ServoBus:
+        if self._bus is None:
             raise LinkLost("the driver is not open. Open it first")
-        return self._bus, self._port
+        return self._bus
 
     @property
     def _in_run(self) -> float:
@@ -233,8 +234,8 @@ class ServoDriver(Driver):
 
     def _begin(self) -> None:
         """Start the cycles."""
-        bus, port = self._opened()
-        port.set_patience(self._in_run)
+        bus = self._opened()
+        bus.port.set_patience(self._in_run)
         self._clock = HostClock(self.settings.cycle, self.clock)
         self._talk = ServoTalk(bus)
         self._limits = [end.tolist() for end in self._allowed]
