@@ -18,8 +18,18 @@ from ..servo.servo_line import Codec, Goals, Measured, Reading, ServoSettings, S
 from ..settings import setting
 from . import packet as packets
 from . import registers
-from .health import DynamixelHealth, ServoData, current_units, require_healthy
-from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
+from .registers import (
+    MEASURED,
+    TRIPPED,
+    WARM,
+    DynamixelHealth,
+    ServoData,
+    current_units,
+    joins_answers,
+    model_name,
+    require_healthy,
+    stops_in_silence,
+)
 
 WARM_EVERY = 100
 """Number of cycles between two readings of the temperatures."""
