@@ -50,10 +50,7 @@ def test_a_silent_joint_is_stale_and_not_a_number(arm, fault):
 
 @pytest.mark.parametrize(
     ("arm", "number", "data", "content"),
-    [
-        (drives, 0x080, b"", "SYNC"),
-        (motors, 3, b"\xff" * 7 + b"\xfd", "commands to joint3 (motor 3)"),
-    ],
+    [(drives, 0x080, b"", "SYNC"), (motors, 3, b"\xff" * 7 + b"\xfd", "commands to joint3 (motor 3)")],
 )
 def test_another_program_that_commands_is_recognized(arm, number, data, content):
     with arm() as (peer, driver):
