@@ -11,7 +11,6 @@ from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
 from ..plausible.gains import gains_by_masses, masses_sentence
 from ..plausible.gate import doubts
-from ..preparation.even import torque_off_warnings
 from ..preparation.prepare import (
     ABOVE,
     REST,
@@ -22,6 +21,7 @@ from ..preparation.prepare import (
     choose,
     prepare,
     recorded_up_to,
+    torque_off_warnings,
 )
 from ..progress import StageText
 from ..recordings.effort_checks import check_alive

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import ServoLaw
 from .servo_runs import LONGEST, ServoRun
 
 GRID = 4e-3

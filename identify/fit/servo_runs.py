@@ -6,10 +6,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.stats import norm
 
-from ..arm.derivatives import differentiate
-from ..preparation.cutoffs import position_cutoff
+from ..arm.motion import differentiate
 from ..preparation.even import Even
 from ..preparation.filters import low_pass
+from ..preparation.spectra import position_cutoff
 from ..recordings.recording import Recording
 
 LONGEST = 0.15

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import ServoLaw
 from ..fit.servo_fit import ServoFit
 from ..fit.servo_runs import LONGEST
 from ..text_table import NORMAL_95

@@ -22,7 +22,7 @@ import numpy as np
 from ..fit.equations import Equations
 from ..fit.estimators.covariance import noise_covariance, sandwich
 from ..positive_definite import ROUNDING
-from ..preparation.noise import spectrum
+from ..preparation.spectra import spectrum
 from .known import Known
 from .rows import Rows
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...preparation.noise import autocovariance, shrunk, spectrum
+from ...preparation.spectra import autocovariance, shrunk, spectrum
 from ..equations import Equations
 
 SEGMENT = 2048

@@ -13,7 +13,7 @@ from exidyn.identification.fit.fit_warnings import SMALLEST, WORST, excitation_w
 from exidyn.identification.fit.identification import priors_away_from_zero, solvable
 from exidyn.identification.fit.settled_gains import unsupported
 from exidyn.identification.preparation.filters import Decimation
-from exidyn.identification.preparation.noise import quantization
+from exidyn.identification.preparation.spectra import quantization
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import other_run

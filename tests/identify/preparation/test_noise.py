@@ -3,7 +3,7 @@ import pytest
 from scipy import signal
 
 from exidyn.identification.preparation.filters import Decimation
-from exidyn.identification.preparation.noise import (
+from exidyn.identification.preparation.spectra import (
     autocovariance,
     noise_above,
     noise_at_rest,
