@@ -50,6 +50,9 @@ TOO_POOR = (
 )
 
 
+# The systems are small, so threads of linear algebra mostly wait for one another: on two loaded cores, a fit
+# of 20 s of seven joints took ten times as long with two threads as with one.
+@threadpool_limits.wrap(limits=1)
 def identify(
     runs: Sequence[Recording],
     validate: Sequence[Recording] = (),
@@ -87,26 +90,6 @@ def identify(
         raise RecordingError(
             "no recording to identify from; give at least one in addition to those for validation"
         )
-    # The systems are small, so threads of linear algebra mostly wait for one another: on two loaded cores, a
-    # fit of 20 s of seven joints took ten times as long with two threads as with one.
-    with threadpool_limits(limits=1):
-        return _identify(
-            runs, validate, model, estimator, filtering, drop, fitted_shapes, as_recorded, repeat, progress
-        )
-
-
-def _identify(
-    runs: Sequence[Recording],
-    validate: Sequence[Recording],
-    model: Model | None,
-    estimator: Estimator | None,
-    filtering: Filtering,
-    drop: bool,
-    fitted_shapes: Sequence[str],
-    as_recorded: bool,
-    repeat: bool,
-    progress: Progress,
-) -> Fit:
     recordings = [check_alive(check(run)) for run in (*runs, *validate)]
     model = with_payloads(of_these_joints(model, recordings) if model else same_robot(recordings), recordings)
     recordings = [replace(run, model=model) for run in recordings]

@@ -9,9 +9,13 @@ from exidyn.identification.fit.estimators import ESTIMATORS, consistent, literal
 from exidyn.identification.fit.estimators.compressed import Compressed, solve
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia, square, triangle
 from exidyn.identification.fit.estimators.covariance import sandwich
-from exidyn.identification.fit.estimators.least_squares import residual, weighted_solution
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
-from exidyn.identification.fit.estimators.prior import finite_tolerance, prior
+from exidyn.identification.fit.estimators.least_squares import (
+    finite_tolerance,
+    given_nominal,
+    prior,
+    residual,
+    weighted_solution,
+)
 
 from ...parts.small.two_joints import GAIN, coloured, equations, white
 
