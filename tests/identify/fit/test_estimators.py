@@ -114,7 +114,7 @@ def test_covariance_of_white_noise_is_that_of_least_squares(system):
 
 def brute_force_sandwich(jacobian, residual, system, lags=60):
     """Bread and meat by their definitions, with the exact autocovariance of tests.two_joints.coloured."""
-    from ..preparation.test_noise import exact_autocovariance
+    from .test_colored_noise import exact_autocovariance
 
     gamma = exact_autocovariance(lags) * np.outer(GAIN, GAIN)
     counts = system.weight.sum(axis=0)
@@ -180,7 +180,7 @@ def test_gram_with_known_colour_is_the_double_sum():
 
     from exidyn.identification.fit.estimators.covariance import _colored_gram
 
-    from ..preparation.test_noise import exact_autocovariance
+    from .test_colored_noise import exact_autocovariance
 
     known = exact_autocovariance(12)
     gamma = np.zeros((121, 2, 2))
