@@ -119,11 +119,7 @@ class Robot:
                 f"{self.name}: {self.kinematics.nq} positions for {n} velocities; every joint must be "
                 "revolute or prismatic, and there must be at least one"
             )
-        defaults = {
-            "drive_gain": np.ones(n),
-            "gear_ratio": np.ones(n),
-            "coupling": np.eye(n),
-        }
+        defaults = {"drive_gain": np.ones(n), "gear_ratio": np.ones(n), "coupling": np.eye(n)}
         for name, default in defaults.items():
             value = np.asarray(getattr(self, name), float)
             value = default if value.size == 0 else value

@@ -120,11 +120,8 @@ def _at_payloads(model: Model, equations: Equations, values: np.ndarray) -> Equa
     ]
     payload = np.isin(equations.base.kept, np.concatenate(carried) if carried else [])
     values = np.where(payload, values, 0.0)
-    shared = replace(
-        equations,
-        known=equations.known + equations.regressor @ values,
-    )
-    return replace(shared, regressor=np.where(payload, 0.0, shared.regressor))
+    known = equations.known + equations.regressor @ values
+    return replace(equations, known=known, regressor=np.where(payload, 0.0, equations.regressor))
 
 
 def _alone(equations: Equations, rows: slice) -> tuple[np.ndarray, np.ndarray]:

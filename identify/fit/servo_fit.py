@@ -132,13 +132,7 @@ class _Joint:
         error = run.command(time)[:, joint] - run.position[:, joint]
         rate = run.command(time, 1)[:, joint]
         integral = np.cumsum(error) / run.rate
-        columns = [
-            run.torque[:, joint],
-            run.velocity[:, joint],
-            -rate,
-            -integral,
-            np.ones_like(error),
-        ]
+        columns = [run.torque[:, joint], run.velocity[:, joint], -rate, -integral, np.ones_like(error)]
         return np.stack(columns, axis=1)[inside], error[inside], rate[inside]
 
     def _search(self, terms: list[int], used: np.ndarray) -> float:

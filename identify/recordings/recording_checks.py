@@ -175,11 +175,9 @@ def _speed(recording: Recording) -> Iterator[Finding]:
         speed = distance / (position.time[apart:] - position.time[:-apart])[:, None]
     limits = recording.robot.limits.velocity
     for joint in np.flatnonzero(recording.robot.revolute):
-        known, limit = finite(speed[:, joint]), limits[joint]
         # A robot file may allow a higher speed; a lower limit may be specific to a cell.
-        fastest = max(FASTEST_TURN, BEYOND_LIMIT * limit) if np.isfinite(limit) else FASTEST_TURN
-        # Not the highest speed, which may be a jump in a single sample.
-        usual = np.percentile(known, 95) if len(known) else 0.0
+        stated = BEYOND_LIMIT * limits[joint] if np.isfinite(limits[joint]) else 0.0
+        usual, fastest = _usual(speed[:, joint]), max(FASTEST_TURN, stated)
         if usual > fastest:
             yield Finding(
                 BadUnit,
@@ -188,6 +186,12 @@ def _speed(recording: Recording) -> Iterator[Finding]:
                 "Are positions or time in another unit? Or state how fast it may turn: [limits] velocity",
                 True,
             )
+
+
+def _usual(sizes: np.ndarray) -> float:
+    """Size that a twentieth of the samples exceed; the highest one may be a jump in a single sample."""
+    known = finite(sizes)
+    return float(np.percentile(known, 95)) if len(known) else 0.0
 
 
 def _torque(recording: Recording) -> Iterator[Finding]:
@@ -200,8 +204,7 @@ def _torque(recording: Recording) -> Iterator[Finding]:
         gain = np.ones(robot.dof) if name == "torque" else np.abs(robot.drive_gain)
         stated = (gain != 1.0) | (name == "torque")  # 1 stands for a gain that is not known
         for joint in np.flatnonzero(stated & np.isfinite(robot.limits.torque)):
-            known = np.abs(finite(signal.values[:, joint]))
-            usual = gain[joint] * np.percentile(known, 95) if len(known) else 0.0
+            usual = gain[joint] * _usual(np.abs(signal.values[:, joint]))
             limit = robot.limits.torque[joint]
             if usual > FAR_BEYOND_TORQUE * limit > 0.0:
                 unit = robot.unit(int(joint), "N m")
