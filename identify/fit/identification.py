@@ -121,9 +121,10 @@ def identify(
         values = np.array([by_column.get(column, 0.0) for column in base.kept])
         compared = repeatability(model, equations, fit.estimate.gain, values, used, recordings[: len(runs)])
         fit = replace(fit, repeatability=compared)
+    drives = gains_by_masses(recordings, model) if fit.unscaled else []
     warnings = (
         *fit_warnings(fit, equations),
-        *_likely_gains(fit, recordings),
+        *([masses_sentence(drives, model.robot)] if drives else []),
         *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
         *_payload_warnings(model, used, held_out),
@@ -141,12 +142,6 @@ def identify(
         exported=exported(fit),
     )
     return _judged_by_residual(fit) if fit.noise_source == SMOOTHED else fit
-
-
-def _likely_gains(fit: Fit, runs: Sequence[Recording]) -> list[str]:
-    """A sentence on the gains of a fit in amperes that the described masses make likely, if there are any."""
-    drives = gains_by_masses(runs, fit.model) if fit.unscaled else []
-    return [masses_sentence(drives, fit.model.robot)] if drives else []
 
 
 def _judged_by_residual(fit: Fit) -> Fit:

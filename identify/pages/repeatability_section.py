@@ -4,8 +4,7 @@ import numpy as np
 
 from ..document.document import Block, Number, Paragraph, Row, Section, Statements, Table
 from ..fit.fit_warnings import OPEN
-from ..fit.repeatability import FEWEST, Repeatability, Repeated
-from ..fit.run_parts import SHORTEST, SPEED, TEMPERATURE, TIME
+from ..fit.repeatability import FEWEST, SHORTEST, SPEED, TEMPERATURE, TIME, Repeatability, Repeated
 from ..text_table import NORMAL_95, digits, percent
 
 UNITS = {SPEED: "rad/s", TEMPERATURE: "\N{DEGREE SIGN}C", TIME: "min"}

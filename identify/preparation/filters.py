@@ -67,7 +67,7 @@ class Decimation:
         The factor is a product of 2, 3 and 5, so that `thinned` can choose among its divisors.
         """
         most = max(1, int(0.4 * rate / cutoff))
-        factor = next(k for k in range(most, 0, -1) if _only_small_primes(k))
+        factor = next(k for k in range(most, 0, -1) if pow(30, 20, k) == 0)  # it divides a power of 30
         return cls(rate, min(cutoff, 0.5 * rate), factor)
 
     def thinned(self, rate: float) -> "Decimation":
@@ -145,13 +145,6 @@ class Decimation:
             # The samples that the next output still needs are kept for the next piece.
             waiting = waiting[len(ready[-1]) * self.stride :]
         return np.concatenate(ready)
-
-
-def _only_small_primes(number: int) -> bool:
-    for prime in (2, 3, 5):
-        while number % prime == 0:
-            number //= prime
-    return number == 1
 
 
 DEGREE = 5

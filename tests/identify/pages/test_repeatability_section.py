@@ -1,7 +1,6 @@
 """What the page says of agreement: also how little may have been compared."""
 
-from exidyn.identification.fit.repeatability import Repeatability, Repeated
-from exidyn.identification.fit.run_parts import Part
+from exidyn.identification.fit.repeatability import Part, Repeatability, Repeated
 from exidyn.identification.pages.repeatability_section import repeatability_section
 
 PARTS = (Part("monday", 0.0, 30.0, {}), Part("tuesday", 0.0, 30.0, {}))
