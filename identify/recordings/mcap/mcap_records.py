@@ -11,7 +11,7 @@ import os
 import struct
 import zlib
 from array import array
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -109,8 +109,7 @@ def read_contents(path: Path) -> Contents:
         )
     contents = Contents(room=largest_size(path))
     for kind, body, complete in _records(data, len(MAGIC)):
-        if kind in _READERS:
-            _READERS[kind](contents, body, complete)
+        _read(contents, kind, body, complete)
         if contents.room < 0:
             raise too_large(path)
     return contents
@@ -129,26 +128,30 @@ def _records(data: memoryview, start: int) -> Iterator[tuple[int, memoryview, bo
         start = stop
 
 
-Reader = Callable[[Contents, memoryview, bool], None]
+_TABLES: dict[int, tuple[Any, str, str]] = {
+    Opcode.SCHEMA: (Schema, "schemas", "id"),
+    Opcode.CHANNEL: (Channel, "channels", "id"),
+    Opcode.METADATA: (Metadata, "metadata", "name"),
+    Opcode.ATTACHMENT: (Attachment, "attachments", "name"),
+}
+"""Kind of a record -> its parser, the table of `Contents` that holds it, and its key there."""
 
 
-def _stored(kind: Any, table: str, key: str, value: str = "") -> Reader:
-    """Reader that stores a kind of record, or its field `value`, in a table, unless it is damaged."""
-
-    def read(contents: Contents, body: memoryview, complete: bool) -> None:
-        if not complete:
-            return
+def _read(contents: Contents, kind: int, body: memoryview, complete: bool) -> None:
+    """Add a record to the contents, unless it is damaged or of a kind that is not needed."""
+    if kind == Opcode.CHUNK:
+        _chunk(contents, body, complete)
+    elif kind == Opcode.FOOTER:
+        contents.finished = complete
+    elif kind in _TABLES and complete:
+        parser, table, key = _TABLES[kind]
         try:
-            record = kind.read(ReadDataStream(BytesIO(body)))
+            record = parser.read(ReadDataStream(BytesIO(body)))
         except Exception:  # the library's parser raises struct.error, UnicodeError, …
             return
-        getattr(contents, table)[getattr(record, key)] = getattr(record, value) if value else record
-
-    return read
-
-
-def _footer(contents: Contents, body: memoryview, complete: bool) -> None:
-    contents.finished = complete
+        getattr(contents, table)[getattr(record, key)] = (
+            record.metadata if kind == Opcode.METADATA else record
+        )
 
 
 def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
@@ -211,22 +214,12 @@ def _index(contents: Contents, data: bytes) -> None:
         if kind == message and length >= _MESSAGE.size - frame:
             offsets.setdefault(channel, []).append(start)
         elif kind in (Opcode.CHANNEL, Opcode.SCHEMA):
-            _READERS[kind](contents, memoryview(data)[start + frame : stop], True)
+            _read(contents, kind, memoryview(data)[start + frame : stop], True)
         start = stop
     contents.chunks.append(data)
     array = np.frombuffer(data, np.uint8)
     for channel, starts in offsets.items():
         contents.messages.setdefault(channel, []).append((array, np.array(starts)))
-
-
-_READERS: dict[int, Reader] = {
-    Opcode.SCHEMA: _stored(Schema, "schemas", "id"),
-    Opcode.CHANNEL: _stored(Channel, "channels", "id"),
-    Opcode.METADATA: _stored(Metadata, "metadata", "name", "metadata"),
-    Opcode.ATTACHMENT: _stored(Attachment, "attachments", "name"),
-    Opcode.CHUNK: _chunk,
-    Opcode.FOOTER: _footer,
-}
 
 
 @dataclass(frozen=True)
