@@ -1,4 +1,4 @@
-"""`Motion`: the motion of the joints, the input of every effect."""
+"""`Motion` of the joints, the input of every effect; time derivatives; torque of small deviations from it."""
 
 from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
@@ -52,8 +52,8 @@ class Motion:
         return cls(time, position, velocity, acceleration, load, temperature, payload)
 
 
-# Central differences of sixth order. At a twelfth of the sampling rate, such as 8 Hz in a 100 Hz recording,
-# three-point differences are 4 % too small; these are 1e-4 too small.
+# Central differences of sixth order (paper, section III). At a twelfth of the sampling rate, such as 8 Hz in
+# a 100 Hz recording, three-point differences are 4 % too small; these are 1e-4 too small.
 FIRST = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60.0
 SECOND = np.array([2, -27, 270, -490, 270, -27, 2]) / 180.0
 
@@ -71,12 +71,15 @@ def _correlated(padded: np.ndarray, taps: np.ndarray) -> np.ndarray:
 
 
 RATE = 125.0
-"""Sampling rate of the derivatives [Hz]: nine samples per period of the fastest motion give an interpolation
-error of 1e-3."""
+"""Sampling rate of the derivatives of torque [Hz]: nine samples per period of the fastest motion give an
+interpolation error of 1e-3."""
 
 
 class Tangent(NamedTuple):
-    """Derivatives of the links' torque, each (n, t, n): moved joint, sample, joint of the torque."""
+    """Derivatives of the links' torque with respect to small deviations from a motion.
+
+    Each has the shape (n, t, n): moved joint, sample, joint of the torque.
+    """
 
     position: np.ndarray  # [N m/rad]
     velocity: np.ndarray  # [N m s/rad]

@@ -1,4 +1,4 @@
-"""`Robot`: kinematics, nominal inertias, limits and drives of one arm."""
+"""`Robot`: kinematics, nominal inertias, limits and drives of one arm; `ServoLaw`, the law of its servos."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -197,7 +197,11 @@ class Robot:
 
 @dataclass(frozen=True, eq=False)
 class ServoLaw:
-    """Position servos of n joints."""
+    r"""Law of the position servos of n joints: the torque that a servo exerts for a command c.
+
+    .. math:: \tau = \mathrm{clip}\left(k_p (c(t - d) - q) - k_v \dot q + k_f \dot c(t - d)
+        + k_i \int (c(t - d) - q)\, dt,\; \pm L\right)
+    """
 
     stiffness: np.ndarray  # torque per position error k_p, shape (n,) [N m/rad]
     damping: np.ndarray  # torque against the joint's velocity k_v, shape (n,) [N m s/rad]

@@ -1,4 +1,4 @@
-"""Zero-phase filters: low-pass and parallel decimation (paper, section III)."""
+"""Zero-phase filters (paper, section III): low-pass, parallel decimation, and removal of known delays."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

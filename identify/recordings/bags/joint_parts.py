@@ -1,4 +1,9 @@
-"""Choice of the topics of a bag that hold the joints of a robot, and the names of the joints there."""
+"""Topics of a bag that hold the joints of a robot, the names there, and the joints at common times.
+
+If joints are in different messages, such as those of two motor boards, the times are those of the joints with
+the lowest rate, so that no samples are invented. Positions of the others are interpolated with a cubic
+spline, and other fields linearly, like signals of other rates.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -3,6 +3,7 @@
 Python iterates only over the frames of records (one byte kind, eight bytes length). Messages stay in their
 chunk until `rows` takes all messages of a channel at once. The reader of the package mcap stops at the first
 chunk that is damaged or cut off, and takes eight times as long; only its parsers of single records are used.
+A complete file, with the index that viewers need, is recovered from the remains of a crash or a bad copy.
 """
 
 import json
