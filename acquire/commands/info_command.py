@@ -5,7 +5,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.errors import RecordingError
-from exidyn.identification.recordings.mcap.mcap_recover import recover
+from exidyn.identification.recordings.mcap.mcap_records import recover
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 

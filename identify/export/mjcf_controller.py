@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import ServoLaw
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import is_motor, motors, servo_law, servos

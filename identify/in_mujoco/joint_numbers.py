@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.robot import Robot
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import Robot, ServoLaw
 from ..export.mjcf_changes import DIGITS, TERMS, Change
 from ..export.mjcf_controller import with_servo_law
 from ..export.xml_text import Edits, Elements, read_tags

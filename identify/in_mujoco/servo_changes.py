@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ..arm.servo_law import ServoLaw
-from ..fit.servo_fit import ServoFit
-from ..fit.servo_runs import LONGEST
+from ..arm.robot import ServoLaw
+from ..fit.servo_fit import LONGEST, ServoFit
 from ..text_table import NORMAL_95
 
 KP, KV, LIMIT, DELAY = "kp", "kv", "forcerange", "delay"

@@ -21,7 +21,7 @@ from ..document.document import (
 from ..document.html import html
 from ..effects import Effect, name_of
 from ..fit.agreement import Agreement, Scores
-from ..fit.estimators.nominal_gains import given_nominal
+from ..fit.estimators.least_squares import given_nominal
 from ..fit.fit import Fit
 from ..fit.verdict import JointState, gains_estimated, joint_verdicts, judged, verdict
 from ..model import Model

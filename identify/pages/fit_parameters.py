@@ -6,8 +6,7 @@ from ..document.document import Block, Heading, Number, Paragraph, Picture, Row,
 from ..effects import name_of
 from ..fit.fit import Fit
 from ..fit.fit_warnings import OPEN
-from ..fit.repeatability import FEWEST, Repeatability, Repeated
-from ..fit.run_parts import SHORTEST, SPEED, TEMPERATURE, TIME
+from ..fit.repeatability import FEWEST, SHORTEST, SPEED, TEMPERATURE, TIME, Repeatability, Repeated
 from ..fit.verdict import SURPRISE, payload_centres, surprises
 from ..text_table import NORMAL_95, digits, percent
 from .fit_plots import interval_bar

@@ -9,7 +9,7 @@ from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..effects import Prior
 from ..model import Model
-from ..preparation.undelayed import earlier
+from ..preparation.filters import earlier
 from ..recordings.recording import KnownPayload, Recording, Signal
 from .plant import Measured, Plant
 from .plant.plant import Watched

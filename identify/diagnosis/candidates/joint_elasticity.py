@@ -18,7 +18,7 @@ import numpy as np
 from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
-from ...measurements.gear import Gear
+from ...measurements.gears import Gear
 from ...model import Model
 from ...simulation.plant.gears import link_size
 from ..blocks.prediction import Prediction

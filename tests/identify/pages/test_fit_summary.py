@@ -8,8 +8,7 @@ import pytest
 from exidyn.identification.fit.fit import Unclear
 from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.fit.identification import identify
-from exidyn.identification.fit.repeatability import Repeatability, Repeated
-from exidyn.identification.fit.run_parts import Part
+from exidyn.identification.fit.repeatability import Part, Repeatability, Repeated
 from exidyn.identification.pages.fit_parameters import repeatability_section
 from exidyn.identification.recordings.recording import Signal
 from exidyn.identification.text_table import WIDTH, at_point, digits, fixed, paragraph, table
