@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import BadLimits, Infeasible
 from .delivery import SearchResult, Setting
 from .goals import Goal
-from .parallel import Stop, report, run_all
+from .parallel import Report, Stop, run_all
 from .solve import Clock, IterationClock
 from .start import one_start
 
@@ -99,8 +99,14 @@ def _throttled(goal: Goal, progress: Callable[[str], None]) -> Callable[[float],
 
 
 def _run_start(
-    goal: Goal, setting: Setting, seed: int, iterations: int | None, seconds: float, stop: Stop
+    goal: Goal,
+    setting: Setting,
+    seed: int,
+    iterations: int | None,
+    seconds: float,
+    stop: Stop,
+    report: Report,
 ) -> "SearchResult | str":
-    """Run one start, with reports to the process that waits for it."""
+    """Run one start, in this process or another."""
     clock = Clock() if iterations is None else IterationClock()
     return one_start(goal, setting, seed, iterations or seconds, stop, report, clock)

@@ -51,7 +51,7 @@ def here(monkeypatch):
 
     def run_here(work, tasks, seconds, note, receive):
         for task in tasks:
-            note(work(*task, seconds, never))
+            note(work(*task, seconds, never, receive))
 
     monkeypatch.setattr("exidyn.trajectories.search.excite.run_all", run_here)
 
