@@ -16,8 +16,8 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.discrimination.discriminate import Discriminate
 from exidyn.trajectories.discrimination.distinction import distinguish, sentences
-from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
 from exidyn.trajectories.limits.usable_limits import Margins, usable
+from exidyn.trajectories.planning.by_rule import KINDS, by_rule
 from exidyn.trajectories.planning.goals import two_models, with_bodies
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of

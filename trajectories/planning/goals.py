@@ -23,12 +23,10 @@ from ..discrimination.discriminate import Discriminate
 from ..discrimination.separation import Hypothesis, Observation
 from ..errors import NothingToIdentify, UnknownChoice
 from ..families.fourier import Fourier
-from ..search.criteria import CRITERIA, Criterion, Focus
-from ..search.experiment import Experiment, loaded_runs
-from ..search.goals import Identify
-from ..search.shrink import inside_kinematics
+from ..search.delivery import inside_kinematics
+from ..search.experiment import Experiment, loaded_runs, with_drive_gains, with_shapes
+from ..search.goals import CRITERIA, Criterion, Focus, Identify
 from ..search.torque_spread import TorqueSpread, spread_of
-from ..search.unknowns import with_drive_gains, with_shapes
 from ..trajectory import States
 from .wishes import Wishes, rows_of, wanted_names
 

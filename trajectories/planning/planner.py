@@ -17,10 +17,9 @@ from ..limits.check import check
 from ..limits.leads import with_leads, with_rests
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
-from ..search.criteria import condition, name_of
 from ..search.delivery import FINE, SearchResult, Setting, fine_motion
 from ..search.excite import excite
-from ..search.goals import Goal, Identify
+from ..search.goals import Goal, Identify, condition, name_of
 from ..search.torque_bound import TorqueBound, share_beyond, with_own_factor
 from ..search.torque_spread import DRAWS
 from ..trajectory import States

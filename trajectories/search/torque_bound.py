@@ -16,8 +16,8 @@ from exidyn.identification.arm.motion import Motion
 from exidyn.identification.model import Model
 
 from ..trajectory import States
-from .bounds import Bound, BoundMargins, Slopes
 from .goals import Goal
+from .problem import Bound, BoundMargins, Slopes
 from .torque_spread import TorqueSpread
 
 CHUNK = 20000

@@ -17,13 +17,11 @@ from scipy.optimize import minimize
 from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search.delivery import Setting
-from exidyn.trajectories.search.excite import SETTLES
+from exidyn.trajectories.search.delivery import Setting, shrink_inside
+from exidyn.trajectories.search.excite import SETTLES, TRYING, best_of_tries, problem_of
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
-from exidyn.trajectories.search.shrink import shrink_inside
 from exidyn.trajectories.search.solve import Search, solve
-from exidyn.trajectories.search.start import TRYING, best_of_tries, problem_of
 
 from .arm import ALLOWED, RATE, Arm, States, Verdict
 

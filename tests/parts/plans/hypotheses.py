@@ -19,8 +19,8 @@ from exidyn.identification.effects import (
 )
 from exidyn.identification.model import Model
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, separation
+from exidyn.trajectories.search.experiment import DriveGains
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.unknowns import DriveGains
 
 from ..small.two_joints import arm
 

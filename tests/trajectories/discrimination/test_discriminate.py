@@ -11,9 +11,8 @@ from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate,
 from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
 from exidyn.trajectories.errors import NotComparable
 from exidyn.trajectories.search.delivery import Setting
-from exidyn.trajectories.search.excite import excite
+from exidyn.trajectories.search.excite import excite, random_start
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.start import random_start
 
 from ...parts.plans.excitation import shifted
 from ...parts.plans.hypotheses import (

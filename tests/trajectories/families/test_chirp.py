@@ -3,17 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import exidyn.trajectories.kinds.with_chirp as chirps
+import exidyn.trajectories.planning.by_rule as chirps
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.families.chirp import Chirp
+from exidyn.trajectories.families.chirp import Chirp, derivatives
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.families.jets import derivatives
 from exidyn.trajectories.families.phases import Phases
-from exidyn.trajectories.kinds.rests import Workspace
-from exidyn.trajectories.kinds.with_chirp import STEPS, with_chirp
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
+from exidyn.trajectories.planning.by_rule import STEPS, with_chirp
+from exidyn.trajectories.planning.rests import Workspace
 
 from ...parts.small.two_joints import arm
 

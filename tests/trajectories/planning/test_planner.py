@@ -16,7 +16,7 @@ from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.goals import NOISE, identification_goal, learned, nominal_noise
 from exidyn.trajectories.planning.planner import GUESSED, UNSAFE, plan
 from exidyn.trajectories.planning.wishes import Wishes, periods_of
-from exidyn.trajectories.search.criteria import Focus, condition, worst
+from exidyn.trajectories.search.goals import Focus, condition, worst
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, limits, smooth_model

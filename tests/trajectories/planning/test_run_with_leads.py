@@ -13,7 +13,7 @@ from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.planning.planner import whole_run
 from exidyn.trajectories.planning.wishes import Wishes
-from exidyn.trajectories.search.shrink import inside_kinematics
+from exidyn.trajectories.search.delivery import inside_kinematics
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
 from ...parts.plans.excitation import TICK, limits

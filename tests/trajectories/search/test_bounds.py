@@ -11,7 +11,7 @@ from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
 from exidyn.trajectories.search import torque_bound
-from exidyn.trajectories.search.bounds import SCALE, ClearanceBound, RateBound, StopBound, kinematic_bounds
+from exidyn.trajectories.search.problem import SCALE, ClearanceBound, RateBound, StopBound, kinematic_bounds
 from exidyn.trajectories.search.torque_bound import TorqueBound
 from exidyn.trajectories.search.torque_spread import spread_of
 from exidyn.trajectories.trajectory import States

@@ -13,18 +13,19 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search import delivery
-from exidyn.trajectories.search.criteria import volume
 from exidyn.trajectories.search.delivery import FINE, Delivery
-from exidyn.trajectories.search.excite import excite, starts_of
-from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.solve import IterationClock
-from exidyn.trajectories.search.start import (
+from exidyn.trajectories.search.excite import (
     best_of_tries,
+    excite,
     largest_coefficients,
     one_start,
     problem_of,
     random_start,
+    starts_of,
 )
+from exidyn.trajectories.search.goals import volume
+from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.solve import IterationClock
 
 from ...parts.plans import excitation
 from ...parts.plans.excitation import TICK, goal, kinematic_share, limits, setting, smooth_model
@@ -206,7 +207,7 @@ def test_a_start_goes_on_from_the_best_of_its_tries(monkeypatch):
     problem = problem_of(goal(), setting(), 4.0)
 
     def reached(tries):
-        monkeypatch.setattr("exidyn.trajectories.search.start.TRIES", tries)
+        monkeypatch.setattr("exidyn.trajectories.search.excite.TRIES", tries)
         best, _ = best_of_tries(goal(), setting(), problem, 5, NEVER, never)
         return problem.value(problem.unknowns(best), problem.objectives[0])[0]
 

@@ -17,13 +17,10 @@ from exidyn.identification.effects import (
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region import Region, box
-from exidyn.trajectories.search.bounds import ClearanceBound, kinematic_bounds
-from exidyn.trajectories.search.criteria import Focus, average, condition, volume, worst
-from exidyn.trajectories.search.experiment import Experiment
-from exidyn.trajectories.search.goals import Informative
-from exidyn.trajectories.search.problem import Basis, Problem
+from exidyn.trajectories.search.experiment import Experiment, design_model, with_drive_gains, with_shapes
+from exidyn.trajectories.search.goals import Focus, Informative, average, condition, volume, worst
+from exidyn.trajectories.search.problem import Basis, ClearanceBound, Problem, kinematic_bounds
 from exidyn.trajectories.search.torque_bound import TorqueBound
-from exidyn.trajectories.search.unknowns import design_model, with_drive_gains, with_shapes
 
 from ...parts.plans.excitation import along, coefficients, limits, small_basis, smooth_model
 from ...parts.runs.robots import sliding

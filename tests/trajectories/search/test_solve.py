@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from exidyn.identification.effects import MotionGradient
-from exidyn.trajectories.search.bounds import kinematic_bounds
 from exidyn.trajectories.search.goals import Objective
-from exidyn.trajectories.search.problem import Problem
+from exidyn.trajectories.search.problem import Problem, kinematic_bounds
 from exidyn.trajectories.search.solve import TOLERANCE, solve
 
 from ...parts.plans.excitation import coefficients, goal, limits, small_basis
