@@ -21,7 +21,7 @@ from .experiment import design_model
 from .goals import Goal
 from .parallel import Report, Stop, run_all
 from .problem import Basis, ClearanceBound, Problem, kinematic_bounds
-from .solve import Clock, IterationClock, Search, solve
+from .solve import Budget, IterationBudget, Search, solve
 from .torque_bound import TorqueBound
 
 PAUSE = 5.0
@@ -118,8 +118,8 @@ def _run_start(
     report: Report,
 ) -> "SearchResult | str":
     """Run one start, in this process or another."""
-    clock = Clock() if iterations is None else IterationClock()
-    return one_start(goal, setting, seed, iterations or seconds, stop, report, clock)
+    budget = Budget(seconds, stop) if iterations is None else IterationBudget(iterations, stop)
+    return one_start(goal, setting, seed, budget, report)
 
 
 PER_HARMONIC = 20
@@ -146,90 +146,69 @@ def one_start(
     goal: Goal,
     setting: Setting,
     seed: int,
-    seconds: float,
-    stop: Callable[[], bool],
+    budget: Budget,
     report: Callable[[float], None] = lambda _: None,
-    clock: Clock | None = None,
 ) -> "SearchResult | str":
     """Search from the best of a few random starts; returns a sentence if nothing fits inside the limits.
 
-    `report` is called with the value of each improved deliverable result. `seconds` is the budget in the unit
-    of the clock, by default that of the computer.
+    `report` is called with the value of each improved deliverable result.
     """
-    clock = clock or Clock()
     problem = problem_of(goal, setting, setting.periods[seed % len(setting.periods)])
-    delivery = Delivery(goal, setting, problem.basis, report, clock)
+    delivery = Delivery(goal, setting, problem.basis, budget, report)
     try:
-        start, curvature = best_of_tries(goal, setting, problem, seed, TRYING * seconds, stop, clock)
+        start, curvature = best_of_tries(goal, setting, problem, seed, budget)
     except Infeasible as reason:  # no pose keeps all clearances
         return str(reason)
-    coarse, note = FIRST * seconds - delivery.used, delivery.offer_callback(problem)
-    search = solve(problem, problem.unknowns(start), coarse, stop, note, curvature=curvature, clock=clock)
+    note = delivery.offer_callback(problem)
+    search = solve(problem, problem.unknowns(start), budget, FIRST * budget.amount, note, curvature=curvature)
     delivery.offer(start if search.unknowns is None else problem.coefficients(search.unknowns))
     if search.unknowns is not None:
-        _settle(problem, search, delivery, setting, seconds, stop, clock)
+        _settle(problem, search, delivery, setting, budget)
     return delivery.best(seed)
 
 
-def _settle(
-    problem: Problem,
-    search: Search,
-    delivery: Delivery,
-    setting: Setting,
-    seconds: float,
-    stop: Callable[[], bool],
-    clock: Clock,
-) -> None:
+def _settle(problem: Problem, search: Search, delivery: Delivery, setting: Setting, budget: Budget) -> None:
     """Continue within limits tightened by the excess between samples, in the remaining budget."""
     assert search.unknowns is not None
     (goal, narrower), limits = delivery.narrowed(), setting.limits
     best = problem.coefficients(search.unknowns)
     for iteration in range(SETTLED):
-        remaining = seconds - delivery.used - delivery.takes
+        until = budget.amount - delivery.takes
         violations = [
             violation
             for fourier in problem.basis.fourier(best)
             for violation in violations_of(fourier, goal, setting.limits, setting.tick)
         ]
-        if remaining <= 0.0 or stop() or not (violations or (narrower and iteration == 0)):
+        worthwhile = violations or (narrower and iteration == 0)
+        if budget.used >= until or budget.stop() or not worthwhile:
             return
         limits = tightened(limits, violations)
         tighter = problem_of(goal, replace(setting, limits=limits), problem.basis.period).last()
         tighter = replace(tighter, scale=problem.scale)  # the curvature was learned in these units
-        note, curvature = delivery.offer_callback(tighter), search.curvature
-        search = solve(
-            tighter, tighter.unknowns(best), remaining, stop, note, curvature=curvature, clock=clock
-        )
+        note = delivery.offer_callback(tighter)
+        search = solve(tighter, tighter.unknowns(best), budget, until, note, curvature=search.curvature)
         if search.unknowns is not None:
             best = tighter.coefficients(search.unknowns)
             delivery.offer(best)
 
 
 def best_of_tries(
-    goal: Goal,
-    setting: Setting,
-    problem: Problem,
-    seed: int,
-    seconds: float,
-    stop: Callable[[], bool],
-    clock: Clock | None = None,
+    goal: Goal, setting: Setting, problem: Problem, seed: int, budget: Budget
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Coefficients of the most promising of `TRIES` random starts after a few steps, shape (k, n).
 
     The second value is the curvature that it has learned, or None.
     """
-    clock = clock or Clock()
-    smooth, begun = replace(problem, objectives=problem.objectives[:1]), clock.now()
+    smooth, until = replace(problem, objectives=problem.objectives[:1]), TRYING * budget.amount
     first = best = random_start(goal, setting, problem.basis, seed)
     least, takes, curvature = np.inf, 0.0, None
     for number in range(TRIES):
-        tried = clock.now()
-        remaining = seconds - (tried - begun)
-        if remaining <= takes or stop():
+        begun = budget.used
+        if until - begun <= takes or budget.stop():
             break
         start = random_start(goal, setting, problem.basis, seed + APART * number) if number else first
-        search = solve(smooth, smooth.unknowns(start), remaining, stop, most=TRY_STEPS, clock=clock)
-        takes = max(takes, clock.now() - tried)
+        search = solve(smooth, smooth.unknowns(start), budget, until, most=TRY_STEPS)
+        takes = max(takes, budget.used - begun)
         if search.unknowns is not None and search.value < least:
             best, least, curvature = problem.coefficients(search.unknowns), search.value, search.curvature
     return best, curvature
