@@ -164,12 +164,8 @@ def _largest_separation(goal: Discriminate, order: Pair, limits: Limits, rows: f
     return earlier + bounds[1]
 
 
-def sentences(distinctions: Sequence[Distinction]) -> list[str]:
-    """A paragraph on each pair."""
-    return [_sentence(distinction) for distinction in distinctions]
-
-
-def _sentence(distinction: Distinction) -> str:
+def paragraph(distinction: Distinction) -> str:
+    """What a run and other motions show about one pair, in words."""
     text = (
         f"{distinction.pair[0]} or {distinction.pair[1]}: the probability of choosing right is "
         f"{percent(distinction.probability_before, 3)} before the run and "
@@ -186,16 +182,9 @@ def _sentence(distinction: Distinction) -> str:
         text += f" About {distinction.runs} such runs distinguish them."
     else:
         text += f" More than {MOST_RUNS} such runs would be needed."
-    helping = [
-        f"{offer.name} ({percent(offer.probability, 3)})"
-        for offer in distinction.remedies
-        if offer.probability >= SURE
-    ]
-    others = [
-        f"{offer.name} ({percent(offer.probability, 3)})"
-        for offer in distinction.remedies
-        if offer.probability < SURE
-    ]
+    helping, others = list[str](), list[str]()
+    for name, chance in distinction.remedies:
+        (helping if chance >= SURE else others).append(f"{name} ({percent(chance, 3)})")
     if helping:
         text += f" To distinguish them, repeat the run with {' or '.join(helping)}."
     if others:

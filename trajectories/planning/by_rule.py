@@ -39,31 +39,18 @@ Run = tuple[Trajectory, Sequence[str]]
 Kind = Callable[[Model, Wishes, Workspace, Sequence[int], Progress], Run]
 
 
-def _joint_progress(model: Model, joints: Sequence[int], progress: Progress) -> Callable[[int], None]:
-    """A function that reports progress when the part of a joint begins."""
-
-    def begin(joint: int) -> None:
-        progress(f"move {model.robot.joints[joint]}, {list(joints).index(joint) + 1} of {len(joints)} joints")
-
-    return begin
-
-
 def sweeps(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
     """Constant-velocity sweeps back and forth, joint by joint: friction curves."""
-    pose = _rest_pose(model, wishes, space.limits)
-    begin = _joint_progress(model, joints, progress)
-    return constant_velocity_sweeps(space, joints, pose, begin), ()
+    return _joint_by_joint(constant_velocity_sweeps, model, wishes, space, joints, progress)
 
 
 def poses(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
     """Rests at poses approached from both sides: gravity and offsets."""
-    run = static_poses(
-        space,
-        POSES,
-        model,
-        wishes.start,
-        begin=lambda pose, poses: progress(f"move to pose {pose} of {poses}"),
-    )
+
+    def begin(pose: int, poses: int) -> None:
+        progress(f"move to pose {pose} of {poses}")
+
+    run = static_poses(space, POSES, model, wishes.start, begin=begin)
     return run.trajectory, run.notes
 
 
@@ -71,9 +58,7 @@ def single_joint(
     model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress
 ) -> Run:
     """One joint at a time, fast and slow: its dynamics without coupling to the others."""
-    pose = _rest_pose(model, wishes, space.limits)
-    begin = _joint_progress(model, joints, progress)
-    return single_joint_runs(space, joints, pose, begin), ()
+    return _joint_by_joint(single_joint_runs, model, wishes, space, joints, progress)
 
 
 def chirp(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
@@ -86,6 +71,22 @@ def chirp(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int],
     motion = plan(model, base_wishes, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
     progress("add the chirp")
     return with_chirp(motion, joints, space), ()
+
+
+def _joint_by_joint(
+    make: Callable[[Workspace, Sequence[int], np.ndarray, Callable[[int], None]], Trajectory],
+    model: Model,
+    wishes: Wishes,
+    space: Workspace,
+    joints: Sequence[int],
+    progress: Progress,
+) -> Run:
+    """A run of one joint after another from the pose at which the others rest."""
+
+    def begin(joint: int) -> None:
+        progress(f"move {model.robot.joints[joint]}, {list(joints).index(joint) + 1} of {len(joints)} joints")
+
+    return make(space, joints, _rest_pose(model, wishes, space.limits), begin), ()
 
 
 def _rest_pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
@@ -109,14 +110,8 @@ def by_rule(
     space = Workspace(limits, wishes.tick, wishes.clearances)
     with in_words_of(model.robot):
         run, notes = KINDS[kind](model, wishes, space, joints or range(model.robot.dof), progress)
-    return Plan.of(
-        run,
-        model,
-        margins=vars(wishes.margins),
-        tick=wishes.tick,
-        assumed=(*assumed, *notes),
-        details={"kind": kind},
-    )
+    margins, details, assumed = vars(wishes.margins), {"kind": kind}, (*assumed, *notes)
+    return Plan.of(run, model, margins=margins, tick=wishes.tick, assumed=assumed, details=details)
 
 
 LOW = 1.0

@@ -276,6 +276,5 @@ def _shares(states: States, model: Model, payloads: AnyPayload, wishes: Wishes) 
     bound = TorqueBound(model, limit, ("",), spread)
     columns = body_regressor(model.robot.kinematics, states.motion(), model.robot.flange)
     torque = payloads.largest_torque(bound.torque(states, ""), columns)
-    return np.stack([torque + bound.band(states, ""), torque]) / (
-        limit if np.any(np.isfinite(limit)) else 1.0
-    )
+    both = np.stack([torque + bound.band(states, ""), torque])
+    return both / limit if np.any(np.isfinite(limit)) else both

@@ -96,16 +96,12 @@ def units_of(robot: Robot) -> tuple[str, ...]:
 
 def robot_hash(robot: Robot) -> str:
     """Short hash of the robot's geometry and limits."""
-    return _hash(moving_text(robot))
+    return hashlib.sha256(moving_text(robot).encode()).hexdigest()[:HASH_DIGITS]
 
 
 def model_hash(model: Model) -> str:
     """Short hash of the nominal model."""
-    return _hash(model_text(model))
-
-
-def _hash(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]
+    return hashlib.sha256(model_text(model).encode()).hexdigest()[:HASH_DIGITS]
 
 
 def fits(plan: Plan, model: Model) -> list[str]:
@@ -169,14 +165,11 @@ NAME_ROBOT = "Percentages refer to the limits in the file; use --robot to refer 
 
 def tightest(first: Limits, second: Limits) -> Limits:
     """The narrower of two limits for each joint and side."""
-    return Limits(
-        **{
-            f.name: (np.maximum if f.name.endswith("_lower") else np.minimum)(
-                getattr(first, f.name), getattr(second, f.name)
-            )
-            for f in fields(Limits)
-        }
-    )
+    narrower = {}
+    for name, limit in vars(first).items():
+        tighter = np.maximum if name.endswith("_lower") else np.minimum
+        narrower[name] = tighter(limit, getattr(second, name))
+    return Limits(**narrower)
 
 
 def within(plan: Plan, robot: Robot) -> Plan:

@@ -29,7 +29,7 @@ from exidyn.identification.robot_files.toml_fields import (
     number,
     numbers,
     parse_toml,
-)
+)  # fmt: skip
 from exidyn.identification.schema import checked, shown
 
 from ..errors import BadLimits, NotATrajectory, TrajectoryError, UnknownChoice
@@ -65,9 +65,8 @@ def read_plan(path: Path | str) -> Plan:
     try:
         text = Path(path).read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise NotATrajectory(
-            f"{path}: not a text file (UTF-8); expected a trajectory file (.toml)"
-        ) from error
+        reason = "not a text file (UTF-8); expected a trajectory file (.toml)"
+        raise NotATrajectory(f"{path}: {reason}") from error
     except OSError as error:
         raise NotATrajectory(f"{path}: cannot be read: {read_failure(path, error)}") from error
     return parse_plan(text, str(path))
@@ -120,19 +119,14 @@ def _plan(table: Mapping[str, Any]) -> Plan:
             reason = f"expected a table [{key}]; found {table[key]!r}" if key in table else "is missing"
             raise NotATrajectory(f"'{key}' {reason}; was the file cut off?")
     head = read_fields(Plan, table, (*HEAD, "trajectory"))
-    detail: Any = int | float | str  # an integer stays an integer
     for unit in head["units"]:
         if unit not in UNITS:
             raise NotATrajectory(f"units: '{unit}' is not one of {', '.join(UNITS)}")
-    return Plan(
-        limits=_limits(table["limits"], len(head["joints"])),
-        margins={key: number(value, f"[margins] {key}", 0.0) for key, value in table["margins"].items()},
-        details={
-            key: checked(value, detail, f"[details] {key}", RobotError)
-            for key, value in table["details"].items()
-        },
-        **head,
-    )
+    limits = _limits(table["limits"], len(head["joints"]))
+    margins = {key: number(value, f"[margins] {key}", 0.0) for key, value in table["margins"].items()}
+    kind: Any = int | float | str  # an integer stays an integer
+    details = {key: checked(v, kind, f"[details] {key}", RobotError) for key, v in table["details"].items()}
+    return Plan(limits=limits, margins=margins, details=details, **head)
 
 
 def _limits(table: Mapping[str, Any], joints: int) -> Limits:
@@ -141,9 +135,8 @@ def _limits(table: Mapping[str, Any], joints: int) -> Limits:
     for name in names:
         if name not in table:
             raise NotATrajectory(f"[limits]: key '{name}' is missing; was the file cut off?")
-    limits = Limits(
-        **{name: numbers(table[name], joints, f"[limits] {name}", infinite=True) for name in names}
-    )
+    values = {name: numbers(table[name], joints, f"[limits] {name}", infinite=True) for name in names}
+    limits = Limits(**values)
     try:
         require_movable(limits)
     except BadLimits as error:

@@ -8,19 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identification.document.document import (
-    Figure,
-    Grid,
-    Paragraph,
-    Section,
-)
+from exidyn.identification.document.document import Figure, Grid, Paragraph, Section
 from exidyn.identification.document.html import html
 from exidyn.identification.pages.svg import COLUMNS, Panel, Span, legend, picture, text
 from exidyn.identification.text_table import digits
 
 from ..trajectory import unit_of
 from .plan import Plan
-from .plan_check import Curve, Torque, Use, limit_use, percent
+from .plan_check import Curve, Use, limit_use, percent
 from .plan_space import Space, space_figures
 from .plan_summary import plan_document
 
@@ -46,7 +41,7 @@ svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600
 """Styles in addition to a report's style sheet."""
 
 
-def plan_curves(plan: Plan, torque: Torque | None = None) -> list[Curve]:
+def plan_curves(plan: Plan, torque: Curve | None = None) -> list[Curve]:
     """Position, velocity, acceleration, jerk at every sampling period, and torque if it is known."""
     states = plan.trajectory.every(plan.tick)
     curves = [Curve(states.time, ((PLANNED, getattr(states, use.name)),), use) for use in limit_use(plan)]
@@ -130,7 +125,7 @@ class Around(NamedTuple):
 
 
 def plan_page(
-    plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
+    plan: Plan, beyond: Sequence[str] = (), torque: Curve | None = None, around: Around | None = None
 ) -> str:
     """HTML of the page."""
     curves = plan_curves(plan, torque)
@@ -159,7 +154,7 @@ def _space(around: Around | None) -> list[Section]:
     return [Section("space", "Space", [Paragraph(caption), Grid(space_figures(around.space), "two alike")])]
 
 
-def _remarks(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
+def _remarks(plan: Plan, torque: Curve | None, around: Around | None) -> list[str]:
     """The nearest approach, and checks that this page does not include."""
     if around and around.nearest:
         sentences, unchecked = [f"Nearest: {around.nearest}."], list[str]()

@@ -12,7 +12,7 @@ from ..clearances.clearance import Approach, Clearance
 from ..errors import Infeasible
 from ..families.fourier import Fourier
 from ..limits.check import Violation, check
-from ..limits.usable_limits import ranges
+from ..limits.usable_limits import LIMIT_FIELDS, ranges
 from .goals import Goal
 from .problem import Basis, Problem
 from .solve import Budget, Search
@@ -174,13 +174,15 @@ def tightened(limits: Limits, violations: Sequence[Violation]) -> Limits:
     """Limits tightened by each excess: rates and torques by its share, positions by its amount."""
     changed = {f.name: np.array(getattr(limits, f.name)) for f in fields(limits)}
     for kind, joint, _, value, limit in violations:
-        side = "lower" if value < limit else "upper"
-        if kind in ("position", "stop"):
-            changed[f"position_{side}"][joint] -= value - limit
-        elif kind in ("velocity", "acceleration") and side == "lower":
-            changed[f"{kind}_lower"][joint] *= limit / value
-        elif kind in changed:
-            changed[kind][joint] *= limit / value
+        quantity = "position" if kind == "stop" else kind
+        if quantity not in LIMIT_FIELDS:  # not finite
+            continue
+        lower, upper = LIMIT_FIELDS[quantity]
+        bound = changed[lower if value < limit else upper]
+        if quantity == "position":
+            bound[joint] -= value - limit
+        else:
+            bound[joint] *= limit / value
     return replace(limits, **changed)
 
 

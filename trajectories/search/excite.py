@@ -143,11 +143,7 @@ TRYING = 0.2
 
 
 def one_start(
-    goal: Goal,
-    setting: Setting,
-    seed: int,
-    budget: Budget,
-    report: Callable[[float], None] = lambda _: None,
+    goal: Goal, setting: Setting, seed: int, budget: Budget, report: Callable[[float], None] = lambda _: None
 ) -> "SearchResult | str":
     """Search from the best of a few random starts; returns a sentence if nothing fits inside the limits.
 

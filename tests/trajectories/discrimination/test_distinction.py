@@ -16,7 +16,7 @@ from exidyn.trajectories.discrimination.distinction import (
     SURE,
     distinguish,
     most_informative,
-    sentences,
+    paragraph,
     states_within,
 )
 from exidyn.trajectories.discrimination.remedies import known_payload, tilted
@@ -62,7 +62,7 @@ def test_no_motion_distinguishes_a_balancer_from_a_weight_and_a_tilted_base_does
     offers = {offer.name: offer.probability for offer in found.remedies}
     assert offers["the base tilted by 15 degrees about y"] > SURE
     assert offers["link-side encoders"] < SURE
-    (text,) = sentences([found])
+    text = paragraph(found)
     assert "No motion distinguishes them" in text
     assert "To distinguish them, repeat the run with the base tilted" in text
 
@@ -83,7 +83,7 @@ def test_what_a_run_distinguishes_needs_no_remedy():
     true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 20.0})
     (found,) = distinguish(Discriminate((true, grease()), OBSERVATION), motion(), arm().limits, 5.0)
     assert (found.possible, found.runs, found.remedies) == (True, 1, ())
-    assert "No motion" not in sentences([found])[0]
+    assert "No motion" not in paragraph(found)
 
 
 def test_weak_pairs_are_given_how_many_runs():
@@ -99,7 +99,7 @@ def test_weak_pairs_are_given_how_many_runs():
     ]
     assert found.possible == (found.probability_hour >= SURE)
     assert probability(min(enough)) >= SURE
-    assert f"About {found.runs} such runs" in sentences([found])[0]
+    assert f"About {found.runs} such runs" in paragraph(found)
 
 
 def test_bounds_of_the_most_informative_states_hold_a_motion():
