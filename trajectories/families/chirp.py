@@ -102,10 +102,6 @@ class Chirp(Trajectory):
             ranges.append(Range(lower, upper, lower_time, upper_time))
         return Extremes(*ranges)
 
-    def frequency(self, time: np.ndarray) -> np.ndarray:
-        """Frequency at times during the chirp, shape (t,) [Hz]."""
-        return self._angular(np.asarray(time, float) - self.begin, 1)[0] / (2 * np.pi)
-
     def amplitude(self, frequency: np.ndarray) -> np.ndarray:
         """Amplitude of each joint's chirp at frequencies of shape (f,) [Hz]; shape (f, k) [rad]."""
         return (self._crowding(2 * np.pi * np.asarray(frequency, float)[None])[0] ** (-1 / SHARP)).T

@@ -20,7 +20,7 @@ from exidyn.trajectories.discrimination.distinction import (
     states_within,
 )
 from exidyn.trajectories.discrimination.remedies import known_payload, tilted
-from exidyn.trajectories.discrimination.separation import explain, probability, separation
+from exidyn.trajectories.discrimination.separation import explain, probability
 
 from ...parts.plans.hypotheses import (
     OBSERVATION,
@@ -30,6 +30,7 @@ from ...parts.plans.hypotheses import (
     grease,
     hypothesis,
     motion,
+    separation,
     stribeck,
 )
 from ...parts.small.two_joints import arm

@@ -40,8 +40,9 @@ def core(one):
 
 def inside(one, model, payloads=("",), kept=None):
     kept = kept or limits()
+    bound = TorqueBound(model, kept.torque, payloads)
     for payload in payloads:
-        assert not check(one.trajectory, kept, TICK, TorqueBound(model, kept.torque).of(payload))
+        assert not check(one.trajectory, kept, TICK, bound.of(payload))
 
 
 def test_a_plan_is_a_whole_run_inside_all_limits_and_as_good_as_it_states():
