@@ -176,11 +176,8 @@ def _phases(result: ruckig.Trajectory, start: State, last: State, duration: floa
     ]
     switches = np.unique(np.concatenate([joint.start for joint in joints]))
     columns = [joint.at(switches) for joint in joints]
-    position, velocity, acceleration, jerk = (
-        np.concatenate([getattr(column, name) for column in columns], axis=1)
-        for name in ("position", "velocity", "acceleration", "jerk")
-    )
-    return Phases(switches, duration, position, velocity, acceleration, jerk)
+    states = [np.concatenate([getattr(column, name) for column in columns], axis=1) for name in UNITS]
+    return Phases(switches, duration, *states)
 
 
 def _joint(profile: ruckig.Profile, start: list[float], last: list[float], duration: float) -> Phases:

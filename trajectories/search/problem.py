@@ -239,7 +239,8 @@ class Problem:
         coefficients = self.coefficients(unknowns)
         states = States(self.basis.time[:: self.stride], *(matrix @ coefficients for matrix in matrices))
         bound_margins = [bound.margins(states) for bound in self.bounds]
-        ends = np.cumsum([margins.value.size for margins in bound_margins])
+        values = [margins.value.ravel() for margins in bound_margins]
+        starts = np.cumsum([0, *(len(value) for value in values[:-1])])
 
         def slopes(margins: BoundMargins, rows: np.ndarray) -> np.ndarray:
             sample, place = np.divmod(rows, margins.value.shape[1])
@@ -249,9 +250,8 @@ class Problem:
             return np.asarray((sum(parts) * self.scale).reshape(len(rows), unknowns.size))
 
         def selected_slopes(rows: np.ndarray) -> np.ndarray:
-            groups = np.split(rows, np.searchsorted(rows, ends[:-1]))
-            starts = ends - [margins.value.size for margins in bound_margins]
+            groups = np.split(rows, np.searchsorted(rows, starts[1:]))
             parts = zip(bound_margins, groups, starts, strict=True)
             return np.concatenate([slopes(margins, group - first) for margins, group, first in parts])
 
-        return np.concatenate([margins.value.ravel() for margins in bound_margins]), selected_slopes
+        return np.concatenate(values), selected_slopes
