@@ -130,12 +130,17 @@ class Chirp(Trajectory):
         highest = np.take_along_axis(bound, worst[..., None], axis=-1)[..., 0]
         return highest.T, (0.5 * (left + right))[worst].T
 
+    @property
+    def _rate(self) -> float:
+        """Change of the frequency [Hz/s], or of its logarithm [1/s]."""
+        change = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
+        return float(change / self.length)
+
     def _angular(self, since: np.ndarray, count: int) -> np.ndarray:
         """Jet of the angular frequency with `count` coefficients, none of them negative [rad/s]."""
-        rate = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
         line = np.zeros((count, len(since)))
-        line[0] = rate / self.length * since
-        line[1:2] = rate / self.length
+        line[0] = self._rate * since
+        line[1:2] = self._rate
         if self.logarithmic:
             return 2 * np.pi * self.low * exponential(line)
         line[0] += self.low
@@ -143,9 +148,8 @@ class Chirp(Trajectory):
 
     def _phase(self, angular: np.ndarray, since: np.ndarray) -> np.ndarray:
         """Jet of the phase, the integral of the angular frequency; one coefficient more [rad]."""
-        rate = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
-        start, rate = 2 * np.pi * self.low, rate / self.length
-        first = (angular[0] - start) / rate if self.logarithmic else 0.5 * (angular[0] + start) * since
+        start = 2 * np.pi * self.low
+        first = (angular[0] - start) / self._rate if self.logarithmic else 0.5 * (angular[0] + start) * since
         return np.concatenate([first[None], angular / np.arange(1, len(angular) + 1)[:, None]])
 
     def _crowding(self, angular: np.ndarray) -> np.ndarray:

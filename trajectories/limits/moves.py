@@ -78,12 +78,8 @@ def brake(state: State, limits: Limits, tick: float | None = None) -> Phases:
 def brake_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) -> Reach:
     """Most negative and most positive displacement during a stop from each of many states, by Ruckig.
 
-    Every stop begins at position zero, because Ruckig 0.19 counts zero among the extremes of every stop.
-
-    Args:
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
-        limits: Acceleration (directional) and jerk limits.
+    Arguments are those of `stopping_reach`. Every stop begins at position zero, because Ruckig 0.19 counts
+    zero among the extremes of every stop.
 
     Raises:
         BadLimits: No joint can stop within the limits.

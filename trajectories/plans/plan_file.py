@@ -14,7 +14,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import MISSING, fields, replace
 from itertools import groupby
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from exidyn.identification.robot_files.toml_fields import (
     block,
     check_keys,
     lines,
-    number,
     numbers,
     parse_toml,
 )  # fmt: skip
@@ -41,14 +40,11 @@ from .plan import Plan
 FORMAT = 1
 """Version of the format; increased when a reader of the previous version would misunderstand a file."""
 KIND = "trajectory"
-HEAD = (
-    "robot", "robot_hash", "model_hash", "joints", "units", "criterion", "reached", "seed", "tick",
-    "payload_pair", "assumed",
-)  # fmt: skip
-"""Fields of a plan at the top of its file."""
 TABLES = ("details", "trajectory", "margins", "limits")
+"""Fields of a plan that are tables of its file."""
+HEAD = tuple(f.name for f in fields(Plan) if f.name not in (*TABLES, "edited"))
+"""Fields of a plan at the top of its file."""
 KEYS = ("checksum", "format", "kind", *HEAD, *TABLES)
-UNITS = ("rad", "m")
 MOST_COMMANDS = 1e8
 """Maximum number of commands of a motion: a day at 1 ms, whose states take 20 gigabytes for six joints."""
 CHECKSUM = re.compile(r'^checksum = "([^"\n]*)"\r?\n', re.MULTILINE)
@@ -118,15 +114,8 @@ def _plan(table: Mapping[str, Any]) -> Plan:
         if not isinstance(table.get(key), Mapping):
             reason = f"expected a table [{key}]; found {table[key]!r}" if key in table else "is missing"
             raise NotATrajectory(f"'{key}' {reason}; was the file cut off?")
-    head = read_fields(Plan, table, (*HEAD, "trajectory"))
-    for unit in head["units"]:
-        if unit not in UNITS:
-            raise NotATrajectory(f"units: '{unit}' is not one of {', '.join(UNITS)}")
-    limits = _limits(table["limits"], len(head["joints"]))
-    margins = {key: number(value, f"[margins] {key}", 0.0) for key, value in table["margins"].items()}
-    kind: Any = int | float | str  # an integer stays an integer
-    details = {key: checked(v, kind, f"[details] {key}", RobotError) for key, v in table["details"].items()}
-    return Plan(limits=limits, margins=margins, details=details, **head)
+    values = read_fields(Plan, table, (*HEAD, "trajectory", "margins", "details"))
+    return Plan(limits=_limits(table["limits"], len(values["joints"])), **values)
 
 
 def _limits(table: Mapping[str, Any], joints: int) -> Limits:
@@ -248,10 +237,18 @@ def read_fields(kind: type, table: Mapping[str, Any], names: Collection[str]) ->
     hints, values = get_type_hints(kind, include_extras=True), {}
     for f in fields(kind):
         if f.name in table and f.name in names:
-            values[f.name] = checked(table[f.name], hints[f.name], f.name, RobotError, _read_value)
+            values[f.name] = _read_field(hints[f.name], table[f.name], f.name)
         elif f.name in names and f.default is MISSING and f.default_factory is MISSING:
             raise NotATrajectory(f"key '{f.name}' is missing; was the file cut off?")
     return values
+
+
+def _read_field(kind: Any, value: Any, name: str) -> Any:
+    """The value of a field by its annotation; that of a mapping entry by entry, as errors name the key."""
+    if get_origin(kind) is not Mapping:
+        return checked(value, kind, name, RobotError, _read_value)
+    entry_kind = get_args(kind)[1]
+    return {key: checked(entry, entry_kind, f"[{name}] {key}", RobotError) for key, entry in value.items()}
 
 
 def _family_of(trajectory: Trajectory) -> str:

@@ -11,8 +11,8 @@ Coefficients are the rows center, sines, cosines of every series, shape (k, n) w
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, NamedTuple
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -217,21 +217,15 @@ class Problem:
 
     def value(self, unknowns: np.ndarray, objective: Objective) -> tuple[float, Callable[[], np.ndarray]]:
         """Value of an objective, and a function that computes its gradient by the unknowns, shape (k n,)."""
-        value, gradient = objective(self._motion(unknowns))
+        value, gradient = objective(self._motion(unknowns.tobytes()))
         return value, lambda: (self.basis.pull(gradient()) * self.scale).ravel()
 
-    def _motion(self, unknowns: np.ndarray) -> Motion:
-        """The motion, cached for objectives that are evaluated in turn at the same unknowns."""
-        known = self._last.get("unknowns")
-        if known is None or not np.array_equal(known, unknowns):
-            motion = self.basis.motion(self.coefficients(unknowns))
-            self._last.update(unknowns=unknowns.copy(), motion=motion)
-        cached: Motion = self._last["motion"]
-        return cached
-
     @cached_property
-    def _last(self) -> dict[str, Any]:
-        return {}
+    def _motion(self) -> Callable[[bytes], Motion]:
+        """The motion of unknowns, kept for objectives that are evaluated in turn at the same ones."""
+        return lru_cache(maxsize=1)(
+            lambda unknowns: self.basis.motion(self.coefficients(np.frombuffer(unknowns)))
+        )
 
     def margins(self, unknowns: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
         """Margins of all bounds, (r,), and a function that computes derivatives of some rows, (m, k n)."""

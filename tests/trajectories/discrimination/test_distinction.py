@@ -60,9 +60,8 @@ def test_no_motion_distinguishes_a_balancer_from_a_weight_and_a_tilted_base_does
     assert not found.possible
     assert found.runs is None
     assert found.probability_hour < SURE
-    offers = {offer.name: offer.probability for offer in found.remedies}
-    assert offers["the base tilted by 15 degrees about y"] > SURE
-    assert offers["link-side encoders"] < SURE
+    assert found.remedies["the base tilted by 15 degrees about y"] > SURE
+    assert found.remedies["link-side encoders"] < SURE
     text = paragraph(found)
     assert "No motion distinguishes them" in text
     assert "To distinguish them, repeat the run with the base tilted" in text
@@ -75,15 +74,16 @@ def test_link_side_encoders_distinguish_what_is_before_the_gear_from_what_is_beh
     goal = Discriminate((hose, as_told_by(hose, offset, motion())), OBSERVATION)
     (found,) = distinguish(goal, motion(), arm().limits, 5.0)
     assert not found.possible
-    assert found.remedies[0].name == "link-side encoders"
-    assert found.remedies[0].probability > SURE
-    assert all(offer.probability < 0.6 for offer in found.remedies[1:])
+    (name, chance), *others = found.remedies.items()
+    assert name == "link-side encoders"
+    assert chance > SURE
+    assert all(other < 0.6 for _, other in others)
 
 
 def test_what_a_run_distinguishes_needs_no_remedy():
     true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 20.0})
     (found,) = distinguish(Discriminate((true, grease()), OBSERVATION), motion(), arm().limits, 5.0)
-    assert (found.possible, found.runs, found.remedies) == (True, 1, ())
+    assert (found.possible, found.runs, found.remedies) == (True, 1, {})
     assert "No motion" not in paragraph(found)
 
 
