@@ -13,6 +13,7 @@ from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.planning.by_rule import STEPS, with_chirp
 from exidyn.trajectories.planning.rests import Workspace
+from exidyn.trajectories.trajectory import UNITS
 
 from ...parts.small.two_joints import arm
 
@@ -20,7 +21,6 @@ pytestmark = pytest.mark.slow
 
 LIMITS = arm().limits
 TICK = 0.002
-NAMES = ("position", "velocity", "acceleration", "jerk")
 REST = Phases.hold(np.array([0.1, -0.3]), 8.0)
 
 
@@ -84,7 +84,7 @@ def test_extremes_are_bounds_and_near_what_is_reached(chirp):
         assert np.all(chirp.reached[place] >= found)
         np.testing.assert_allclose(chirp.reached[place], found, rtol=0.01)
     states = chirp.at(np.linspace(0.0, chirp.duration, 100_001))
-    for name, found in zip(NAMES, chirp.extremes(), strict=True):
+    for name, found in zip(UNITS, chirp.extremes(), strict=True):
         assert np.all(found.upper >= getattr(states, name).max(axis=0))
         assert np.all(found.lower <= getattr(states, name).min(axis=0))
 

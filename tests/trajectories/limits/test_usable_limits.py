@@ -19,7 +19,7 @@ def changed(**limits):
     return replace(robot, limits=replace(robot.limits, **{k: np.array(v, float) for k, v in limits.items()}))
 
 
-def test_margins_come_off_every_limit():
+def test_margins_come_off_every_limit_and_without_them_it_stays():
     margins = Margins(position=0.1, velocity=0.1, acceleration=0.2, jerk=0.3, torque=0.4)
     robot = changed(velocity_lower=[-1, -2], acceleration_lower=[-4, -5])
     found = usable(robot, margins)
@@ -33,12 +33,9 @@ def test_margins_come_off_every_limit():
     np.testing.assert_allclose(limits.acceleration_lower, [-3.2, -4.0])
     np.testing.assert_allclose(limits.jerk, 140.0)
     np.testing.assert_allclose(limits.torque, 120.0)
-
-
-def test_no_margins_leave_the_limits_as_they_are():
-    limits = usable(arm(), NONE).limits
+    unchanged = usable(arm(), NONE).limits
     for name, value in vars(arm().limits).items():
-        np.testing.assert_array_equal(getattr(limits, name), value)
+        np.testing.assert_array_equal(getattr(unchanged, name), value)
 
 
 def test_what_is_not_given_is_assumed_and_reported():
