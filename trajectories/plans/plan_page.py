@@ -4,7 +4,6 @@ The page is self-contained: no scripts, no network, light and dark, printable.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -117,17 +116,20 @@ def _used(use: Use, joint: int, top: float) -> str:
     return used + text(x, middle + 11, "of limit", "tick")
 
 
-class Around(NamedTuple):
-    """The surroundings of a motion."""
-
-    space: Space  # surroundings to draw
-    nearest: str  # nearest approaches in words; empty if collisions were not checked
+SPACE = (
+    "Path of the flange in the base frame, with the base at 0, 0. Obstacles are shaded; dashed lines are "
+    "their edges, and walls seen edgewise."
+)
 
 
 def plan_page(
-    plan: Plan, beyond: Sequence[str] = (), torque: Curve | None = None, around: Around | None = None
+    plan: Plan,
+    beyond: Sequence[str] = (),
+    torque: Curve | None = None,
+    space: Space | None = None,
+    nearest: str = "",
 ) -> str:
-    """HTML of the page."""
+    """HTML of the page; `nearest` has the nearest approaches in words, if collisions were checked."""
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
     figures = [
@@ -139,27 +141,19 @@ def plan_page(
         "Percentages are the largest value over the limit, also between samples"
         + ("; torque is that of the nominal model." if torque else ".")
     )
-    document = plan_document(plan, uses, beyond, _remarks(plan, torque, around))
-    motion = Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")])
-    return html(document._replace(sections=[*document.sections, *_space(around), motion]), style=STYLE)
+    document = plan_document(plan, uses, beyond, _remarks(plan, torque, nearest))
+    sections = [*document.sections]
+    if space is not None:
+        views = Grid(space_figures(space), "two alike")
+        sections.append(Section("space", "Space", [Paragraph(SPACE), views]))
+    sections.append(Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")]))
+    return html(document._replace(sections=sections), style=STYLE)
 
 
-def _space(around: Around | None) -> list[Section]:
-    if around is None:
-        return []
-    caption = (
-        "Path of the flange in the base frame, with the base at 0, 0. Obstacles are shaded; dashed lines are "
-        "their edges, and walls seen edgewise."
-    )
-    return [Section("space", "Space", [Paragraph(caption), Grid(space_figures(around.space), "two alike")])]
-
-
-def _remarks(plan: Plan, torque: Curve | None, around: Around | None) -> list[str]:
+def _remarks(plan: Plan, torque: Curve | None, nearest: str) -> list[str]:
     """The nearest approach, and checks that this page does not include."""
-    if around and around.nearest:
-        sentences, unchecked = [f"Nearest: {around.nearest}."], list[str]()
-    else:
-        sentences, unchecked = [], ["collisions"]
+    sentences = [f"Nearest: {nearest}."] if nearest else []
+    unchecked = [] if nearest else ["collisions"]
     if torque is None:
         unchecked.append("torque, which needs the robot")
     elif plan.payload_pair and len(torque.runs) == 1:
