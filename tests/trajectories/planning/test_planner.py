@@ -124,6 +124,7 @@ def test_after_a_fit_what_is_known_counts():
     assert goal.criterion is worst
     stated = replace(WISHES, fit=fit(), criterion="condition")
     assert identification_goal(of, stated, limits()).criterion is condition
+    assert identification_goal(of, WISHES, limits()).criterion is condition
     covariance = np.linalg.inv(goal.experiment.known)
     np.testing.assert_allclose(
         np.sqrt(np.diag(covariance))[: len(visible)], fit().estimate.std[: len(visible)], rtol=1e-4
@@ -164,25 +165,6 @@ def test_a_fit_is_nominal_as_it_was_found():
     prior = dict(zip(of.names, of.priors, strict=True))
     assert prior["Fc1"].value == pytest.approx(fit().value("Fc1"))
     assert prior["Fc1"].std == pytest.approx(fit().estimate.std[fit().names.index("Fc1")])
-
-
-@pytest.mark.parametrize(
-    ("model", "wishes", "error", "message"),
-    [
-        ("kr270", {"fit": fit()}, DifferentRobot, r"the fit is of two joints \(joints shoulder, elbow\)"),
-        (
-            "",
-            {"fit": plain_fit(), "bodies": (BODY,)},
-            NothingToIdentify,
-            "the fit has no information on a payload",
-        ),
-        ("", {"fit": fit(), "shapes": ("coulomb_friction",)}, NothingToIdentify, "no information on shapes"),
-    ],
-)
-def test_a_fit_that_does_not_tell_what_is_needed_is_refused(model, wishes, error, message):
-    of = read_model(model) if model else two_joints.model()
-    with pytest.raises(error, match=message):
-        identification_goal(of, replace(WISHES, **wishes), limits())
 
 
 def test_a_window_around_the_start_pose_is_kept():
@@ -231,11 +213,6 @@ def test_a_run_takes_the_time_that_was_asked_for(seconds, period, periods):
     assert core(one.trajectory).periods == periods
 
 
-def test_a_run_that_is_too_short_is_refused_with_the_shortest_possible():
-    with pytest.raises(BadLimits, match="length: 6 s; the shortest possible is 6.2 s: one period of 4 s"):
-        plan(two_joints.model(), replace(WISHES, seconds=6.0), starts=1, seconds=1e-3)
-
-
 def test_noise_is_a_share_of_the_torque():
     of = two_joints.model()
     still = np.zeros((1, 2))  # stretched out, as heavy as it gets
@@ -251,28 +228,37 @@ def test_noise_is_a_share_of_the_torque():
     np.testing.assert_array_equal(nominal_noise(unknown, limits()), [1.0, 1.0])
 
 
-def test_a_criterion_that_there_is_not_lists_those_there_are():
-    with pytest.raises(UnknownChoice, match="no criterion called 'best'. Valid: average, condition, volume"):
-        planned(replace(WISHES, criterion="best"))
-    assert identification_goal(two_joints.model(), WISHES, limits()).criterion is condition
-
-
-def test_a_model_without_effects_has_nothing_to_identify():
-    with pytest.raises(NothingToIdentify, match="two joints: the model has no effects"):
-        planned(model=Model(two_joints.arm(), ()))
-    with pytest.raises(NothingToIdentify, match="two joints: no parameter of the model makes any torque"):
-        planned(model=Model(two_joints.arm(), (Payload("L"),)))
-
-
-@pytest.mark.parametrize(("kind", "value"), [("jerk", 0.0), ("torque", np.nan)])
-def test_a_limit_that_is_none_or_a_start_outside_names_the_joint(kind, value):
-    robot = two_joints.arm()
+def limited(kind, value):
+    """The arm with another limit of its elbow."""
+    of, robot = two_joints.model(), two_joints.arm()
     wrong = np.where([False, True], value, getattr(robot.limits, kind))
-    of = replace(two_joints.model(), robot=replace(robot, limits=replace(robot.limits, **{kind: wrong})))
-    with pytest.raises(BadLimits, match=f"elbow: .*{kind} limit {value:g}"):
-        planned(model=of)
-    with pytest.raises(Infeasible, match="elbow: start 3 is outside"):
-        planned(replace(WISHES, start=np.array([0.0, 3.0])))
+    return replace(of, robot=replace(robot, limits=replace(robot.limits, **{kind: wrong})))
+
+
+@pytest.mark.parametrize(
+    ("model", "wishes", "error", "message"),
+    [
+        ("kr270", {"fit": fit()}, DifferentRobot, r"the fit is of two joints \(joints shoulder, elbow\)"),
+        (None, {"fit": plain_fit(), "bodies": (BODY,)}, NothingToIdentify, "no information on a payload"),
+        (
+            None,
+            {"fit": fit(), "shapes": ("coulomb_friction",)},
+            NothingToIdentify,
+            "no information on shapes",
+        ),
+        (None, {"seconds": 6.0}, BadLimits, "length: 6 s; the shortest possible is 6.2 s: one period of 4 s"),
+        (None, {"criterion": "best"}, UnknownChoice, "called 'best'. Valid: average, condition, volume"),
+        (None, {"start": np.array([0.0, 3.0])}, Infeasible, "elbow: start 3 is outside"),
+        (limited("jerk", 0.0), {}, BadLimits, "elbow: .*jerk limit 0"),
+        (limited("torque", np.nan), {}, BadLimits, "elbow: .*torque limit nan"),
+        (Model(two_joints.arm(), ()), {}, NothingToIdentify, "two joints: the model has no effects"),
+        (Model(two_joints.arm(), (Payload("L"),)), {}, NothingToIdentify, "no parameter .* makes any torque"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused_in_one_sentence(model, wishes, error, message):
+    of = read_model(model) if isinstance(model, str) else model
+    with pytest.raises(error, match=message):
+        planned(replace(WISHES, **wishes), of)
 
 
 @pytest.mark.parametrize(
@@ -284,6 +270,8 @@ def test_a_limit_that_is_none_or_a_start_outside_names_the_joint(kind, value):
         ({"rest": -1.0}, "rest: -1 s"),
         ({"harmonics": 0}, "harmonics: 0"),
         ({"series": 0}, "trajectories: 0"),
+        ({"sure": -0.1}, "sure: -0.1; it is a share of arms"),
+        ({"sure": 1.0}, "sure: 1; it is a share of arms"),
     ],
 )
 def test_wishes_that_make_no_sense_are_refused(wrong, words):

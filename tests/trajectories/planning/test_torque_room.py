@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.trajectories.errors import BadLimits, Infeasible
+from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.planning.goals import learned, torque_spread
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes
@@ -63,9 +63,6 @@ def test_no_room_is_made_where_none_is_wished_or_needed():
     assert torque_spread(model, unlimited, ("",), 0.95) is None
 
 
-def test_an_arm_too_little_known_to_be_held_and_a_share_that_is_none_are_refused():
+def test_an_arm_too_little_known_to_be_held_is_refused():
     with pytest.raises(Infeasible, match="margin for 95 % of the possible arms"):
         planned(weak((20.0, 20.0), inertial_tolerance=1.0))
-    for sure in (-0.1, 1.0):
-        with pytest.raises(BadLimits, match=f"sure: {sure:g}; it is a share of arms"):
-            replace(WISHES, sure=sure)
