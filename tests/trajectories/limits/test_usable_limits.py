@@ -123,9 +123,9 @@ def test_a_sliding_joint_has_a_margin_and_metres_and_is_never_endless():
     ],
 )
 def test_a_start_must_be_inside_and_a_window_hold_it(start, window, error, message):
-    given = [None if value is None else np.array(value) for value in (window, start)]
+    arrays = [None if value is None else np.array(value) for value in (window, start)]
     with pytest.raises(error, match=message):
-        usable(arm(), None, *given)
+        usable(arm(), None, *arrays)
 
 
 @pytest.mark.parametrize(
