@@ -15,9 +15,9 @@ from exidyn.identification.model import Model
 from exidyn.identification.progress import StageText
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.discrimination.discriminate import Discriminate
-from exidyn.trajectories.discrimination.distinction import distinguish, sentences
-from exidyn.trajectories.kinds.by_rule import KINDS, by_rule
+from exidyn.trajectories.discrimination.distinction import distinguish, paragraph
 from exidyn.trajectories.limits.usable_limits import Margins, usable
+from exidyn.trajectories.planning.by_rule import KINDS, by_rule
 from exidyn.trajectories.planning.goals import two_models, with_bodies
 from exidyn.trajectories.planning.planner import plan
 from exidyn.trajectories.planning.wishes import Wishes, rows_of
@@ -243,7 +243,8 @@ def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) 
     goal = two_models((model, rival), names, limits, rows_of(wishes))
     best = _search(args, model, wishes, progress, goal)
     motion = best.trajectory.every(0.01).motion()
-    return best, sentences(distinguish(goal, motion, limits, best.trajectory.duration))
+    distinctions = distinguish(goal, motion, limits, best.trajectory.duration)
+    return best, [paragraph(distinction) for distinction in distinctions]
 
 
 def _wishes(args: Namespace, model: Model) -> Wishes:

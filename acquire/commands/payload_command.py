@@ -18,7 +18,7 @@ from exidyn.identification.progress import StageText
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits
-from exidyn.trajectories.kinds.payload_motion import HEAVIEST, AnyPayload, payload_plan
+from exidyn.trajectories.planning.payload_motion import HEAVIEST, AnyPayload, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.plans.plan import Plan
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations

@@ -11,7 +11,7 @@ from exidyn.trajectories.plans.exports import EXPORTS
 from exidyn.trajectories.plans.plan import Plan, file_warnings, fits, within
 from exidyn.trajectories.plans.plan_check import limit_use, nominal_torque, violations
 from exidyn.trajectories.plans.plan_file import read_plan
-from exidyn.trajectories.plans.plan_page import Around, plan_page
+from exidyn.trajectories.plans.plan_page import plan_page
 from exidyn.trajectories.plans.plan_space import space_of
 from exidyn.trajectories.plans.plan_summary import plan_document
 
@@ -49,15 +49,17 @@ def show_motion(args: Namespace) -> Result:
     approaches = [clearance.worst(plan.trajectory) for clearance in clearances]
     beyond = [*violations(plan, torque), *beyond_words(approaches)]
     uses = [*limit_use(plan), *([torque.use] if torque else [])]
-    around = None
+    space = None
     if model:
         obstacles = read_surroundings(sources_of(args.robot, args.cell)).obstacles
         space = space_of(plan.trajectory, model.robot, obstacles, clearances)
-        around = Around(space, nearest_words(approaches))
-    content = EXPORTS[args.to](plan, args.rate) if args.to else plan_page(plan, beyond, torque, around)
+    if args.to:
+        content = EXPORTS[args.to](plan, args.rate)
+    else:
+        content = plan_page(plan, beyond, torque, space, nearest_words(approaches))
     path.write_text(content, encoding="utf-8")
     table = {"exidyn_motion": 1, **plan_table(plan, uses, beyond)}
-    view = later("plan_view", plan, model, around.space) if model and around else None
+    view = later("plan_view", plan, model, space) if model and space else None
     return Result(plan_document(plan, uses, beyond), table, [path], view=view)
 
 

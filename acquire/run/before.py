@@ -22,7 +22,7 @@ from exidyn.trajectories.plans.plan import (
     some,
     within,
 )
-from exidyn.trajectories.plans.plan_check import Torque, nominal_torque, violations
+from exidyn.trajectories.plans.plan_check import Curve, nominal_torque, violations
 from exidyn.trajectories.trajectory import Trajectory
 
 from .arms import with_body
@@ -40,7 +40,7 @@ class CheckedPlan:
     plan: Plan  # plan at playback speed; its limits are no wider than the robot's
     model: Model  # robot with its payload
     limits: Limits  # limits of the robot; missing ones are those that the planner assumes or the motion needs
-    torque: Torque  # torque of the motion, computed with the nominal model
+    torque: Curve  # torque of the motion, computed with the nominal model
     # Sentences about edits in the plan's file and about differences since it was planned.
     warnings: tuple[str, ...]
 

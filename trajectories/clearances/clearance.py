@@ -67,8 +67,7 @@ class Clearance(ABC):
     def reach(self, travel: np.ndarray) -> np.ndarray:
         """Largest change of each margin per unit of each joint's motion, shape (m, n) [m/rad].
 
-        Args:
-            travel: Largest distance from zero of the prismatic joints, shape (n,) [m].
+        `travel` is the largest distance from zero of the prismatic joints, shape (n,) [m].
         """
 
     def some_margins(self, position: np.ndarray, wanted: np.ndarray) -> np.ndarray:

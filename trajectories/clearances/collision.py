@@ -38,7 +38,7 @@ def _choose_pairs(
     _check(robot, geometry)
     bodies, checked = geometry.geometryObjects, geometry.copy()
     checked.removeAllCollisionPairs()
-    ignored_links, excluded = _ignored_links(robot, geometry, ignored), []
+    ignored_links, excluded = _ignored_links(robot, geometry, ignored), list[ExcludedPair]()
     for first, second in combinations(range(len(bodies)), 2):
         body, other = bodies[first], bodies[second]
         links = frozenset((_link(robot, body), _link(robot, other)))

@@ -109,26 +109,21 @@ def reach(joints: list[Joint], joint: int, cover: Cover, travel: np.ndarray) -> 
 
     This is the length of the path from the axis to the body through the joints in between: on each link, from
     the joint at which the path enters to that at which it leaves. So the body moves relative to the axis, as
-    seen from the other side of the joint, at no more than this length times the joint's velocity.
-
-    Args:
-        joints: The n joints.
-        joint: Index of the joint.
-        cover: Cover of the body.
-        travel: Largest distance from zero of the prismatic joints, shape (n,) [m].
-
-    Returns:
-        The distance; 1 for a prismatic joint, whose body is as fast as the joint.
+    seen from the other side of the joint, at no more than this length times the joint's velocity. It is 1 for
+    a prismatic joint, whose body is as fast as the joint. `travel` is the largest distance from zero of the
+    prismatic joints, shape (n,) [m].
     """
     pivot = joints[joint]
     if not pivot.revolute:
         return 1.0
     down = bool(moves(joints, cover.body)[joint])
-    entry, axis = (np.zeros(3), pivot.axis)
-    if not down:
-        entry, axis = pivot.placement.translation, pivot.placement.rotation @ pivot.axis
-    current, length = joint if down else pivot.parent, 0.0
-    across: np.ndarray | None = axis
+    across: np.ndarray | None
+    if down:
+        current, entry, across = joint, np.zeros(3), pivot.axis
+    else:
+        current, entry = pivot.parent, pivot.placement.translation
+        across = pivot.placement.rotation @ pivot.axis
+    length = 0.0
     for step in _path(joints, current, cover.body):
         deeper = step >= 0 and joints[step].parent == current
         crossed = step if deeper else current

@@ -20,9 +20,8 @@ from exidyn.identification.effects import MotionGradient
 from exidyn.identification.model import Model
 
 from ..errors import NotComparable
-from ..search.experiment import loaded_runs, whitening
+from ..search.experiment import design_model, loaded_runs, whitening
 from ..search.goals import Goal, Objective
-from ..search.unknowns import design_model
 from .separation import Explanation, Hypothesis, Observation, explain, probability
 
 FLOOR = 1e-6

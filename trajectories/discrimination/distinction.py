@@ -1,6 +1,6 @@
 """Distinction: how reliably a run distinguishes each pair of hypotheses, and remedies if no motion can."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -75,13 +75,6 @@ MOST_RUNS = 128
 """Maximum number of runs of the same motion; more are not worthwhile."""
 
 
-class RemedyOffer(NamedTuple):
-    """A remedy, and the probability of choosing right after repeating the run with it [-]."""
-
-    name: str
-    probability: float
-
-
 class Distinction(NamedTuple):
     """How well one pair of hypotheses can be distinguished."""
 
@@ -92,7 +85,9 @@ class Distinction(NamedTuple):
     runs: int | None
     probability_hour: float  # upper bound of the probability after an hour of any motion [-]
     possible: bool  # whether an hour of some motion may be enough
-    remedies: tuple[RemedyOffer, ...]  # remedies, the best first; empty if the motion distinguishes the pair
+    # Probability of choosing right after repeating the run with a remedy, by its name, the best first; empty
+    # if the motion distinguishes the pair.
+    remedies: Mapping[str, float]
 
 
 def distinguish(
@@ -111,6 +106,7 @@ def distinguish(
         hour = probability(min(_largest_separation(goal, order, limits, rows) for order in orders))
         tried = () if after >= SURE else remedies
         offers = [_offer(goal, motion, remedy, explanations, pair) for remedy in tried]
+        best_first = sorted(offers, key=lambda offer: -offer[1])
         distinctions.append(
             Distinction(
                 pair=(goal.hypotheses[pair[0]].name, goal.hypotheses[pair[1]].name),
@@ -119,7 +115,7 @@ def distinguish(
                 runs=_runs(goal, motion, pair),
                 probability_hour=hour,
                 possible=hour >= SURE,
-                remedies=tuple(sorted(offers, key=lambda offer: -offer.probability)),
+                remedies=dict(best_first),
             )
         )
     return distinctions
@@ -127,8 +123,8 @@ def distinguish(
 
 def _offer(
     goal: Discriminate, motion: Motion, remedy: Remedy, explanations: dict[Pair, Explanation], pair: Pair
-) -> RemedyOffer:
-    """The probability after two runs, the first as planned, the second with the remedy."""
+) -> tuple[str, float]:
+    """Name of a remedy, and the probability after two runs, the second with the remedy."""
     totals = []
     for true, rival in (pair, pair[::-1]):
         first = explanations[true, rival]
@@ -136,7 +132,7 @@ def _offer(
         seen = [case.observation.seen(hypothesis, motion) for hypothesis in case.hypotheses]
         second = explain(case.hypotheses[1], seen[1], seen[0].torque, case.observation.rows / len(motion))
         totals.append(goal.earlier[true, rival] + first.separation + second.separation)
-    return RemedyOffer(case.name, probability(min(totals)))
+    return case.name, probability(min(totals))
 
 
 def _runs(goal: Discriminate, motion: Motion, pair: Pair) -> int | None:
@@ -164,12 +160,8 @@ def _largest_separation(goal: Discriminate, order: Pair, limits: Limits, rows: f
     return earlier + bounds[1]
 
 
-def sentences(distinctions: Sequence[Distinction]) -> list[str]:
-    """A paragraph on each pair."""
-    return [_sentence(distinction) for distinction in distinctions]
-
-
-def _sentence(distinction: Distinction) -> str:
+def paragraph(distinction: Distinction) -> str:
+    """What a run and other motions show about one pair, in words."""
     text = (
         f"{distinction.pair[0]} or {distinction.pair[1]}: the probability of choosing right is "
         f"{percent(distinction.probability_before, 3)} before the run and "
@@ -186,16 +178,9 @@ def _sentence(distinction: Distinction) -> str:
         text += f" About {distinction.runs} such runs distinguish them."
     else:
         text += f" More than {MOST_RUNS} such runs would be needed."
-    helping = [
-        f"{offer.name} ({percent(offer.probability, 3)})"
-        for offer in distinction.remedies
-        if offer.probability >= SURE
-    ]
-    others = [
-        f"{offer.name} ({percent(offer.probability, 3)})"
-        for offer in distinction.remedies
-        if offer.probability < SURE
-    ]
+    helping, others = list[str](), list[str]()
+    for name, chance in distinction.remedies.items():
+        (helping if chance >= SURE else others).append(f"{name} ({percent(chance, 3)})")
     if helping:
         text += f" To distinguish them, repeat the run with {' or '.join(helping)}."
     if others:

@@ -16,7 +16,7 @@ from exidyn.identification.arm.robot import Robot
 from exidyn.identification.effects import Effect, Parameter, Payload, Prior, known_parameters
 from exidyn.identification.model import Model
 
-from ..search.unknowns import DriveGains
+from ..search.experiment import DriveGains
 from .separation import Hypothesis, Observation
 
 TILT = np.deg2rad(15.0)

@@ -26,7 +26,7 @@ is exactly :math:`\Phi(a) \Phi(b) + \Phi(-a) \Phi(-b)` with :math:`\sqrt{T} = 2 
 most 0.065, at T = 0.5, and too low beyond T = 3.1, where the exact value for 95 % is 98 %.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
@@ -64,31 +64,14 @@ class Hypothesis:
             raise NotComparable(f"hypothesis {self.name}: values or precision contain NaN")
 
     @classmethod
-    def of_priors(
-        cls,
-        name: str,
-        model: Model,
-        values: Mapping[str, float] | None = None,
-        deviations: Mapping[str, float] | None = None,
-    ) -> "Hypothesis":
+    def of_priors(cls, name: str, model: Model) -> "Hypothesis":
         """Hypothesis with the independent priors of the model's parameters.
 
-        By name of a parameter, `values` and `deviations` (standard deviations) replace those of the priors; a
-        deviation of zero fixes the parameter, infinity frees it.
-
-        Raises:
-            NotComparable: The model does not have a parameter.
+        A standard deviation of zero fixes a parameter, infinity frees it.
         """
-        changed, spread = dict(values or {}), dict(deviations or {})
-        if unknown := sorted({*changed, *spread} - set(model.names)):
-            raise NotComparable(
-                f"hypothesis {name}: no parameter '{unknown[0]}'. Valid: {', '.join(model.names)}"
-            )
-        named_priors = list(zip(model.names, model.priors, strict=True))
-        center = [changed.get(parameter, prior.value) for parameter, prior in named_priors]
-        std = [spread.get(parameter, prior.std) for parameter, prior in named_priors]
+        std = np.array([prior.std for prior in model.priors], float)
         with np.errstate(divide="ignore"):
-            return cls(name, model, np.array(center), np.diag(np.array(std, float) ** -2.0))
+            return cls(name, model, model.nominal_values, np.diag(std**-2.0))
 
     @property
     def free(self) -> np.ndarray:
@@ -190,9 +173,3 @@ def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     values, vectors = eigh(matrix * np.outer(scale, scale))
     inverse = np.where(values > UNSEEN * values[-1], 1.0 / np.where(values > 0, values, 1.0), 0.0)
     return np.asarray(scale * (vectors @ (inverse * (vectors.T @ (scale * right)))))
-
-
-def separation(true: Hypothesis, rival: Hypothesis, motion: Motion, observation: Observation) -> Explanation:
-    """How the rival explains a run in which another hypothesis is true."""
-    seen, share = observation.seen(rival, motion), observation.rows / len(motion)
-    return explain(rival, seen, observation.seen(true, motion).torque, share)

@@ -8,6 +8,10 @@ high. The amplitude keeps every quantity within its largest value at every frequ
 with the largest position :math:`c_0`, velocity :math:`c_1`, acceleration :math:`c_2` and jerk :math:`c_3`.
 This is a smooth minimum of the four, so that all derivatives exist; it is 16 % smaller where two of the four
 are equal. The first three derivatives of the envelope :math:`e` are zero at both ends of its rise and fall.
+
+Derivatives are not written out by hand: they follow from jets, the coefficients :math:`f^{(k)}(t) / k!` of
+Taylor series at each instant, shape (order + 1, ..., t), by the recurrences of Griewank and Walther,
+Evaluating Derivatives, chapter 13.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +22,6 @@ import numpy as np
 
 from ..errors import BadLimits
 from ..trajectory import Extremes, Range, States, Trajectory
-from .jets import derivatives, exponential, power, product, sine
 
 SHARP = 4
 """Exponent of the smooth minimum; a larger one is closer to the minimum and has larger derivatives."""
@@ -99,10 +102,6 @@ class Chirp(Trajectory):
             ranges.append(Range(lower, upper, lower_time, upper_time))
         return Extremes(*ranges)
 
-    def frequency(self, time: np.ndarray) -> np.ndarray:
-        """Frequency at times during the chirp, shape (t,) [Hz]."""
-        return self._angular(np.asarray(time, float) - self.begin, 1)[0] / (2 * np.pi)
-
     def amplitude(self, frequency: np.ndarray) -> np.ndarray:
         """Amplitude of each joint's chirp at frequencies of shape (f,) [Hz]; shape (f, k) [rad]."""
         return (self._crowding(2 * np.pi * np.asarray(frequency, float)[None])[0] ** (-1 / SHARP)).T
@@ -131,12 +130,17 @@ class Chirp(Trajectory):
         highest = np.take_along_axis(bound, worst[..., None], axis=-1)[..., 0]
         return highest.T, (0.5 * (left + right))[worst].T
 
+    @property
+    def _rate(self) -> float:
+        """Change of the frequency [Hz/s], or of its logarithm [1/s]."""
+        change = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
+        return float(change / self.length)
+
     def _angular(self, since: np.ndarray, count: int) -> np.ndarray:
         """Jet of the angular frequency with `count` coefficients, none of them negative [rad/s]."""
-        rate = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
         line = np.zeros((count, len(since)))
-        line[0] = rate / self.length * since
-        line[1:2] = rate / self.length
+        line[0] = self._rate * since
+        line[1:2] = self._rate
         if self.logarithmic:
             return 2 * np.pi * self.low * exponential(line)
         line[0] += self.low
@@ -144,9 +148,8 @@ class Chirp(Trajectory):
 
     def _phase(self, angular: np.ndarray, since: np.ndarray) -> np.ndarray:
         """Jet of the phase, the integral of the angular frequency; one coefficient more [rad]."""
-        rate = np.log(self.high / self.low) if self.logarithmic else self.high - self.low
-        start, rate = 2 * np.pi * self.low, rate / self.length
-        first = (angular[0] - start) / rate if self.logarithmic else 0.5 * (angular[0] + start) * since
+        start = 2 * np.pi * self.low
+        first = (angular[0] - start) / self._rate if self.logarithmic else 0.5 * (angular[0] + start) * since
         return np.concatenate([first[None], angular / np.arange(1, len(angular) + 1)[:, None]])
 
     def _crowding(self, angular: np.ndarray) -> np.ndarray:
@@ -218,3 +221,45 @@ class Chirp(Trajectory):
             at = np.concatenate([[0.0, 1.0], np.clip(turns[np.isreal(turns)].real, 0.0, 1.0)])
             out[k, fading] = np.max(np.abs(slope(at))) / (self.fade**k * factorial(k))
         return out
+
+
+def product(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Jet of a product."""
+    out = np.zeros(np.broadcast_shapes(left.shape, right.shape))
+    for k in range(len(out)):
+        out[k] = sum(left[i] * right[k - i] for i in range(k + 1))
+    return out
+
+
+def power(base: np.ndarray, exponent: float) -> np.ndarray:
+    """Jet of a power with a real exponent; the base must not be zero."""
+    out = np.empty_like(base)
+    out[0] = base[0] ** exponent
+    for k in range(1, len(out)):
+        out[k] = sum((exponent * i - (k - i)) * base[i] * out[k - i] for i in range(1, k + 1))
+        out[k] /= k * base[0]
+    return out
+
+
+def exponential(exponent: np.ndarray) -> np.ndarray:
+    """Jet of e to a power."""
+    out = np.empty_like(exponent)
+    out[0] = np.exp(exponent[0])
+    for k in range(1, len(out)):
+        out[k] = sum(i * exponent[i] * out[k - i] for i in range(1, k + 1)) / k
+    return out
+
+
+def sine(angle: np.ndarray) -> np.ndarray:
+    """Jet of the sine of an angle."""
+    rising, falling = np.empty_like(angle), np.empty_like(angle)
+    rising[0], falling[0] = np.sin(angle[0]), np.cos(angle[0])
+    for k in range(1, len(angle)):
+        rising[k] = sum(i * angle[i] * falling[k - i] for i in range(1, k + 1)) / k
+        falling[k] = -sum(i * angle[i] * rising[k - i] for i in range(1, k + 1)) / k
+    return rising
+
+
+def derivatives(jet: np.ndarray) -> np.ndarray:
+    """Derivatives from the coefficients of a jet, in the same shape."""
+    return jet * np.array([factorial(k) for k in range(len(jet))]).reshape(-1, *([1] * (jet.ndim - 1)))

@@ -32,10 +32,8 @@ class Reach(NamedTuple):
 def stopping_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) -> Reach:
     """Most negative and most positive displacement of each joint during its fastest stop.
 
-    Args:
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2]; beyond its limits, it is brought inside first.
-        limits: Acceleration (directional) and jerk limits.
+    The stop begins at a velocity [rad/s] and acceleration [rad/s^2], both (t, n), and keeps to the limits of
+    acceleration, which are directional, and jerk. An acceleration beyond its limits is brought inside first.
 
     Raises:
         BadLimits: No joint can stop within the limits.

@@ -32,13 +32,18 @@ def with_leads(
         BadLimits: The core is not a whole number of sampling periods long, or the sampling period is invalid.
         Infeasible: A lead leaves the position limits, from the start pose or from all poses that were tried.
     """
-    _require_ticks(core, tick)
+    require_tick(tick)
+    ticks = core.duration / tick
+    if abs(ticks - round(ticks)) > PART_OF_TICK:
+        raise BadLimits(
+            f"the motion lasts {core.duration:.9g} s, {ticks:.9g} sampling periods of {tick:g} s; expected a "
+            f"whole number. Try a duration of {max(round(ticks), 1) * tick:.9g} s"
+        )
     first, last = core.state_at(0.0), core.state_at(core.duration)
-    if start is not None:
-        leads = _leads(first, last, np.asarray(start, float), limits, tick)
+    if start is None:
+        into, out = _first_possible(first, last, limits, tick)
     else:
-        leads = _first_possible(first, last, limits, tick)
-    into, out = leads
+        into, out = _leads(first, last, np.asarray(start, float), limits, tick)
     still = Phases.hold(into.position[0], whole_ticks(rest, tick))
     return Sequence((still, into, core, out, still))
 
@@ -111,14 +116,4 @@ def _require_inside(name: str, lead: Phases, limits: Limits, tick: float) -> Non
         raise Infeasible(
             f"joint {joint + 1}: the {name} or a stop during it reaches {value[joint]:g} rad, limit "
             f"{limit[joint]:g}. Try another start pose, or begin the motion at a slower instant"
-        )
-
-
-def _require_ticks(core: Trajectory, tick: float) -> None:
-    require_tick(tick)
-    ticks = core.duration / tick
-    if abs(ticks - round(ticks)) > PART_OF_TICK:
-        raise BadLimits(
-            f"the motion lasts {core.duration:.9g} s, {ticks:.9g} sampling periods of {tick:g} s; expected a "
-            f"whole number. Try a duration of {max(round(ticks), 1) * tick:.9g} s"
         )

@@ -78,12 +78,8 @@ def brake(state: State, limits: Limits, tick: float | None = None) -> Phases:
 def brake_reach(velocity: np.ndarray, acceleration: np.ndarray, limits: Limits) -> Reach:
     """Most negative and most positive displacement during a stop from each of many states, by Ruckig.
 
-    Every stop begins at position zero, because Ruckig 0.19 counts zero among the extremes of every stop.
-
-    Args:
-        velocity: Shape (t, n) [rad/s].
-        acceleration: Shape (t, n) [rad/s^2].
-        limits: Acceleration (directional) and jerk limits.
+    Arguments are those of `stopping_reach`. Every stop begins at position zero, because Ruckig 0.19 counts
+    zero among the extremes of every stop.
 
     Raises:
         BadLimits: No joint can stop within the limits.
@@ -176,11 +172,8 @@ def _phases(result: ruckig.Trajectory, start: State, last: State, duration: floa
     ]
     switches = np.unique(np.concatenate([joint.start for joint in joints]))
     columns = [joint.at(switches) for joint in joints]
-    position, velocity, acceleration, jerk = (
-        np.concatenate([getattr(column, name) for column in columns], axis=1)
-        for name in ("position", "velocity", "acceleration", "jerk")
-    )
-    return Phases(switches, duration, position, velocity, acceleration, jerk)
+    states = [np.concatenate([getattr(column, name) for column in columns], axis=1) for name in UNITS]
+    return Phases(switches, duration, *states)
 
 
 def _joint(profile: ruckig.Profile, start: list[float], last: list[float], duration: float) -> Phases:

@@ -8,6 +8,7 @@ import numpy as np
 from exidyn.identification.arm.robot import Limits, Robot
 
 from ..errors import BadLimits, Infeasible, in_words_of
+from ..trajectory import UNITS, unit_of
 
 HALF_TURN = np.pi
 """Range either way of a joint without position limits, so that cables do not wind up [rad]."""
@@ -82,24 +83,31 @@ def usable(
     gentle = np.minimum(forward, -slowing) / BUILD_UP
     jerk = np.where(np.isfinite(nominal.jerk), (1 - margins.jerk) * nominal.jerk, gentle)
     torque = (1 - margins.torque) * nominal.torque
-    assumed += _sentence(
-        robot, missing[0] | missing[1], f"acceleration limit; full speed within {SPEED_UP:g} s"
-    )
-    assumed += _sentence(
-        robot, ~np.isfinite(nominal.jerk), f"jerk limit; full acceleration within {BUILD_UP:g} s"
-    )
+    reached = f"full speed within {SPEED_UP:g} s", f"full acceleration within {BUILD_UP:g} s"
+    assumed += _sentence(robot, missing[0] | missing[1], f"acceleration limit; {reached[0]}")
+    assumed += _sentence(robot, ~np.isfinite(nominal.jerk), f"jerk limit; {reached[1]}")
     limits = Limits(lower, upper, velocity, forward, jerk, torque, backward, slowing)
     return UsableLimits(limits, tuple(assumed))
 
 
+LIMIT_FIELDS = {
+    "position": ("position_lower", "position_upper"),
+    "velocity": ("velocity_lower", "velocity"),
+    "acceleration": ("acceleration_lower", "acceleration"),
+    "jerk": ("jerk", "jerk"),
+    "torque": ("torque", "torque"),
+}
+"""Fields of `Limits` with the lower and the upper limit of each quantity; a single one holds both ways."""
+
+
 def ranges(limits: Limits) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Lower and upper limit of position, velocity, acceleration and jerk, each of shape (n,), by name."""
-    return {
-        "position": (limits.position_lower, limits.position_upper),
-        "velocity": (limits.velocity_lower, limits.velocity),
-        "acceleration": (limits.acceleration_lower, limits.acceleration),
-        "jerk": (-limits.jerk, limits.jerk),
-    }
+    pairs = {}
+    for name in UNITS:
+        lower, upper = LIMIT_FIELDS[name]
+        high = getattr(limits, upper)
+        pairs[name] = (-high if lower == upper else getattr(limits, lower), high)
+    return pairs
 
 
 def require_movable(limits: Limits) -> None:
@@ -107,19 +115,14 @@ def require_movable(limits: Limits) -> None:
     shapes = {name: np.shape(value) for name, value in vars(limits).items()}
     if set(shapes.values()) != {np.shape(limits.velocity)} or np.ndim(limits.velocity) != 1:
         raise BadLimits(f"limits of different shapes: {shapes}; expected one value per joint for each")
-    sizes = (
-        ("velocity", "rad/s", limits.velocity),
-        ("backward velocity", "rad/s", -limits.velocity_lower),
-        ("acceleration", "rad/s^2", limits.acceleration),
-        ("backward acceleration", "rad/s^2", -limits.acceleration_lower),
-        ("jerk", "rad/s^3", limits.jerk),
-        ("torque", "N m", limits.torque),
-    )
-    for name, unit, values in sizes:
+    for name in ("velocity", "velocity_lower", "acceleration", "acceleration_lower", "jerk", "torque"):
+        quantity, backward = name.removesuffix("_lower"), name.endswith("_lower")
+        values = getattr(limits, name) * (-1.0 if backward else 1.0)
         for joint in np.flatnonzero(~(values > 0.0)):
             raise BadLimits(
-                f"joint {joint + 1}: {name} limit {values[joint]:g} {unit}; "
-                "no joint can move within it. Try the value of the data sheet, or leave it out if unknown"
+                f"joint {joint + 1}: {'backward ' if backward else ''}{quantity} limit {values[joint]:g} "
+                f"{unit_of(quantity)}; no joint can move within it. Try the value of the data sheet, or "
+                "leave it out if unknown"
             )
     for joint in np.flatnonzero(~(limits.position_lower < limits.position_upper)):
         raise BadLimits(
@@ -148,8 +151,8 @@ def require_tick(tick: float) -> None:
 
 
 def _require_speed(limits: Limits) -> None:
-    for key, values in (("velocity", limits.velocity), ("velocity_lower", limits.velocity_lower)):
-        for joint in np.flatnonzero(~np.isfinite(values)):
+    for key in ("velocity", "velocity_lower"):
+        for joint in np.flatnonzero(~np.isfinite(getattr(limits, key))):
             raise BadLimits(
                 f"joint {joint + 1}: no velocity limit is given. Try `{key}` under [limits] in the robot "
                 "file, or the velocity of its limit in the URDF"
@@ -166,12 +169,9 @@ def _positions(robot: Robot, margins: Margins) -> tuple[np.ndarray, np.ndarray, 
             "joint may have none. Try to give both limits"
         )
     margin = np.where(robot.revolute, margins.position, margins.slide)
-    assumed = _sentence(robot, endless, "position limit; half a turn each way")
-    return (
-        np.where(endless, -HALF_TURN, lower + margin),
-        np.where(endless, HALF_TURN, upper - margin),
-        assumed,
-    )
+    lower = np.where(endless, -HALF_TURN, lower + margin)
+    upper = np.where(endless, HALF_TURN, upper - margin)
+    return lower, upper, _sentence(robot, endless, "position limit; half a turn each way")
 
 
 def _in_window(
@@ -192,11 +192,8 @@ def _in_window(
             "contain the start pose, 0, and have a width above 0. Try the limits of AXISCORR"
         )
     lower, upper = np.maximum(lower, start + low), np.minimum(upper, start + high)
-    _require_room(
-        lower,
-        upper,
-        "the correction window leaves nothing of the position limits. Try another start or a wider window",
-    )
+    why = "the correction window leaves nothing of the position limits. Try another start or a wider window"
+    _require_room(lower, upper, why)
     return lower, upper
 
 

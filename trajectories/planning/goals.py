@@ -23,12 +23,10 @@ from ..discrimination.discriminate import Discriminate
 from ..discrimination.separation import Hypothesis, Observation
 from ..errors import NothingToIdentify, UnknownChoice
 from ..families.fourier import Fourier
-from ..search.criteria import CRITERIA, Criterion, Focus
-from ..search.experiment import Experiment, loaded_runs
-from ..search.goals import Identify
-from ..search.shrink import inside_kinematics
+from ..search.delivery import inside_kinematics
+from ..search.experiment import Experiment, loaded_runs, with_drive_gains, with_shapes
+from ..search.goals import CRITERIA, Criterion, Focus, Identify
 from ..search.torque_spread import TorqueSpread, spread_of
-from ..search.unknowns import with_drive_gains, with_shapes
 from ..trajectory import States
 from .wishes import Wishes, rows_of, wanted_names
 
@@ -193,19 +191,14 @@ def two_models(models: Sequence[Model], names: Sequence[str], limits: Limits, ro
     """
     hypotheses = tuple(Hypothesis.of_priors(name, model) for name, model in zip(names, models, strict=True))
     for hypothesis, other in permutations(hypotheses):
-        _require_values(hypothesis, other)
+        values = dict(zip(hypothesis.model.names, hypothesis.values, strict=True))
+        additional = {name: value for name, value in values.items() if name not in other.model.names}
+        if additional and not any(additional.values()):
+            raise RobotError(
+                f"{hypothesis.name}: {', '.join(additional)} have no values, so it equals {other.name}. Set "
+                "the values of its effects from a fit: values = [...] in their [[effect]] rows"
+            )
     return Discriminate(hypotheses, Observation(nominal_noise(models[0], limits), rows))
-
-
-def _require_values(hypothesis: Hypothesis, other: Hypothesis) -> None:
-    shared = set(other.model.names)
-    values = zip(hypothesis.model.names, hypothesis.values, strict=True)
-    additional = {name: value for name, value in values if name not in shared}
-    if additional and not any(additional.values()):
-        raise RobotError(
-            f"{hypothesis.name}: {', '.join(additional)} have no values, so it equals {other.name}. Set the "
-            "values of its effects from a fit: values = [...] in their [[effect]] rows"
-        )
 
 
 def torque_spread(
@@ -220,29 +213,20 @@ def torque_spread(
         return None
     runs = loaded_runs(model, typical_states(limits).motion(), payloads)
     columns = np.concatenate([model.regressor(run) for run in runs])
-    covariance = _prior_covariance(model)
-    residual = np.zeros(model.robot.dof)
-    if fit is not None:
-        covariance, residual = _fit_covariance(fit, model), np.abs(fit.estimate.noise)
-    return spread_of(covariance, sure, residual, columns)
+    covariance = np.diag(np.square([prior.std for prior in model.priors]))
+    if fit is None:
+        return spread_of(covariance, sure, np.zeros(model.robot.dof), columns)
+    _enter_fit(covariance, fit, model)
+    return spread_of(covariance, sure, np.abs(fit.estimate.noise), columns)
 
 
-def _prior_covariance(model: Model) -> np.ndarray:
-    """Covariance of the model's parameters from its priors, shape (p, p)."""
-    return np.diag(np.square([prior.std for prior in model.priors]))
-
-
-def _fit_covariance(fit: Fit, model: Model) -> np.ndarray:
-    """Covariance of the model's parameters from a fit, and from priors for payloads that no run carried."""
-    covariance = _prior_covariance(model)
+def _enter_fit(covariance: np.ndarray, fit: Fit, model: Model) -> None:
+    """Replace the covariance from priors by that of a fit, except for payloads that no run carried."""
     try:
         fitted = standard_parameters(fit).covariance
     except FitError:  # torques are currents: use the covariance of the base parameters
-        base_columns = fit.base.kept
-        count = len(base_columns)
-        fitted = np.zeros((len(fit.model.names),) * 2)
-        fitted[np.ix_(base_columns, base_columns)] = fit.estimate.covariance[:count, :count]
+        kept, fitted = fit.base.kept, np.zeros((len(fit.model.names),) * 2)
+        fitted[np.ix_(kept, kept)] = fit.estimate.covariance[: len(kept), : len(kept)]
     places = [model.names.index(name) for name in fit.model.names if name in model.names]
     fit_places = [k for k, name in enumerate(fit.model.names) if name in model.names]
     covariance[np.ix_(places, places)] = fitted[np.ix_(fit_places, fit_places)]
-    return covariance

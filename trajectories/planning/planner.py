@@ -17,10 +17,9 @@ from ..limits.check import check
 from ..limits.leads import with_leads, with_rests
 from ..limits.usable_limits import usable
 from ..plans.plan import Plan
-from ..search.criteria import condition, name_of
 from ..search.delivery import FINE, SearchResult, Setting, fine_motion
 from ..search.excite import excite
-from ..search.goals import Goal, Identify
+from ..search.goals import Goal, Identify, condition, name_of
 from ..search.torque_bound import TorqueBound, share_beyond, with_own_factor
 from ..search.torque_spread import DRAWS
 from ..trajectory import States
@@ -104,22 +103,23 @@ def _plan(
     """Plan of one trajectory with rests and leads."""
     bound = TorqueBound(goal.model, limits.torque, goal.payloads, goal.spread)
     run = whole_run(series, limits, wishes, [bound.of(payload) for payload in goal.payloads])
+    details = {
+        **_bodies(wishes),
+        "nearest": nearest_words([clearance.worst(run) for clearance in wishes.clearances]),
+        "period": series.period,
+        "harmonics": series.harmonics,
+        "goal": goal.words(result.value),
+        "condition": _condition(goal, result, limits, wishes),
+        "start": f"that of seed {result.seed}",
+        "torque": _room(goal, run, model.robot.limits, wishes),
+    }
     return Plan.of(
         run,
         model,
         margins=vars(wishes.margins),
         criterion=_criterion(goal, wishes),
         reached=goal.reached(result.value),
-        details={
-            **_bodies(wishes),
-            **_nearest(run, wishes),
-            "period": series.period,
-            "harmonics": series.harmonics,
-            "goal": goal.words(result.value),
-            **_condition(goal, result, limits, wishes),
-            "start": f"that of seed {result.seed}",
-            **_room(goal, run, model.robot.limits, wishes),
-        },
+        details={name: value for name, value in details.items() if value},
         seed=seed,
         tick=wishes.tick,
         payload_pair=bool(wishes.bodies),
@@ -127,38 +127,33 @@ def _plan(
     )
 
 
-def _condition(goal: Goal, result: SearchResult, limits: Limits, wishes: Wishes) -> dict[str, float]:
-    """Condition number of the regressor where it is not the criterion and no earlier fit adds to it."""
+def _condition(goal: Goal, result: SearchResult, limits: Limits, wishes: Wishes) -> float:
+    """Condition number of the regressor; 0 if it is the criterion, or an earlier fit adds to it."""
     if not isinstance(goal, Identify) or goal.criterion is condition or wishes.fit is not None:
-        return {}
-    return {"condition": goal.condition_number(fine_motion(result.series), limits)}
+        return 0.0
+    return goal.condition_number(fine_motion(result.series), limits)
 
 
 def _bodies(wishes: Wishes) -> dict[str, str]:
     """The payloads of the runs, if there are several, and those whose center of mass is a guess."""
     masses = [f"{dict(known)['M']:g} kg" for known in wishes.bodies]
     guessed = [mass for mass, known in zip(masses, wishes.bodies, strict=True) if "MX" not in dict(known)]
-    return ({"bodies": ", ".join(masses)} if len(masses) > 1 else {}) | (
-        {"center": f"{GUESSED} for {' and '.join(guessed)}; {UNSAFE}"} if guessed else {}
-    )
-
-
-def _nearest(run: Run, wishes: Wishes) -> dict[str, str]:
-    """The nearest approach of the run."""
-    words = nearest_words([clearance.worst(run) for clearance in wishes.clearances])
-    return {"nearest": words} if words else {}
-
-
-def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> dict[str, str]:
-    """The share of arms that the torque limits leave room for."""
-    if goal.spread is None:
-        return {}
-    source = "the fit" if wishes.fit is not None else "the priors"
-    beyond = 100 * share_beyond(goal, run.every(FINE), limits.torque)
     return {
-        "torque": f"within limits for {100 * wishes.sure:g} % of the arms that {source} allow"
-        f"{'s' if wishes.fit is not None else ''}; {beyond:.2g} % of {DRAWS:,} sampled arms exceed a limit"
+        "bodies": ", ".join(masses) if len(masses) > 1 else "",
+        "center": f"{GUESSED} for {' and '.join(guessed)}; {UNSAFE}" if guessed else "",
     }
+
+
+def _room(goal: Goal, run: Run, limits: Limits, wishes: Wishes) -> str:
+    """The share of arms that the torque limits leave room for; empty if they need none."""
+    if goal.spread is None:
+        return ""
+    source = "the priors allow" if wishes.fit is None else "the fit allows"
+    beyond = 100 * share_beyond(goal, run.every(FINE), limits.torque)
+    return (
+        f"within limits for {100 * wishes.sure:g} % of the arms that {source}; {beyond:.2g} % of {DRAWS:,} "
+        "sampled arms exceed a limit"
+    )
 
 
 def _criterion(goal: Goal, wishes: Wishes) -> str:

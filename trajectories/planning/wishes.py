@@ -155,11 +155,8 @@ def wanted_names(
     Raises:
         UnknownChoice: A phrase means no base parameter; the message suggests the most similar one.
     """
-    wanted = list[str]()
-    for phrase in (part.strip() for words in phrases for part in words.split(",")):
-        if phrase:
-            wanted += _names_of_phrase(phrase, names, joints, payloads)
-    return wanted
+    parts = [part.strip() for phrase in phrases for part in phrase.split(",")]
+    return [name for part in parts if part for name in _names_of_phrase(part, names, joints, payloads)]
 
 
 def _names_of_phrase(
@@ -172,11 +169,14 @@ def _names_of_phrase(
         return [plain[_plain(phrase)]]
     if phrase.lower() in ("payload", "load"):
         candidates = [f"{name}{load}" for load in payloads if load for name in INERTIAL]
-        return _present(candidates, names) or _unknown(phrase, names)
-    quantity, numbers = _joint_of(phrase.lower(), joints)
-    prefixes = WORDS.get(quantity) or WORDS.get(quantity.removesuffix("s"), ())
-    candidates = [f"{prefix}{number}" for prefix in prefixes for number in numbers]
-    return _present(candidates, names) or _unknown(phrase, names)
+    else:
+        quantity, numbers = _joint_of(phrase.lower(), joints)
+        prefixes = WORDS.get(quantity) or WORDS.get(quantity.removesuffix("s"), ())
+        candidates = [f"{prefix}{number}" for prefix in prefixes for number in numbers]
+    present = [name for name in names if name in candidates or name.removesuffix("R") in candidates]
+    if present:
+        return present
+    raise _unknown(phrase, names)
 
 
 def _joint_of(phrase: str, joints: Sequence[str]) -> tuple[str, list[int]]:
@@ -193,19 +193,15 @@ def _joint_of(phrase: str, joints: Sequence[str]) -> tuple[str, list[int]]:
     return phrase, list(range(1, len(joints) + 1))
 
 
-def _present(candidates: Sequence[str], names: Sequence[str]) -> list[str]:
-    """The base parameters that are among the candidates, possibly regrouped."""
-    return [name for name in names if name in candidates or name.removesuffix("R") in candidates]
-
-
 def _plain(name: str) -> str:
     """A name without underscores, spaces, case and the R of regrouping."""
     return re.sub(r"[\s_]", "", name.removesuffix("R")).lower()
 
 
-def _unknown(phrase: str, names: Sequence[str]) -> list[str]:
+def _unknown(phrase: str, names: Sequence[str]) -> UnknownChoice:
+    """The error about a phrase, with the most similar one that is valid."""
     valid = [*names, *WORDS, "payload"]
     by_plain = {_plain(name): name for name in valid}
     matches = get_close_matches(_plain(phrase), by_plain, 1, cutoff=0.5)  # one of two letters agrees
     meant = f"; did you mean '{by_plain[matches[0]]}'?" if matches else ""
-    raise UnknownChoice("base parameter", phrase, valid, meant)
+    return UnknownChoice("base parameter", phrase, valid, meant)

@@ -83,24 +83,21 @@ def _krl_remarks(plan: Plan) -> list[str]:
 
 def _percent(plan: Plan, times: np.ndarray) -> np.ndarray:
     """Speed of the fastest joint between points in whole percent of its limit, shape (points - 1,)."""
-    unlimited = np.flatnonzero(~np.isfinite(plan.limits.velocity) | ~np.isfinite(plan.limits.velocity_lower))
-    if plan.trajectory.dof > len(KRL_AXES) or len(unlimited):
-        raise BadLimits(_krl_refusal(plan, unlimited))
+    if plan.trajectory.dof > len(KRL_AXES):
+        axes = ", ".join(KRL_AXES)
+        raise BadLimits(f"KRL: {plan.trajectory.dof} joints; a KUKA controller has the axes {axes}")
+    limited = np.isfinite(plan.limits.velocity) & np.isfinite(plan.limits.velocity_lower)
+    for joint in np.flatnonzero(~limited):
+        raise BadLimits(
+            f"KRL: {plan.joints[joint]} has no velocity limit, so its speed cannot be given in percent. "
+            "Set limits.velocity in the robot file and plan again"
+        )
     share = np.linspace(0.0, 1.0, WITHIN)
     dense = times[:-1, None] + np.diff(times)[:, None] * share
     velocity = plan.trajectory.at(dense.ravel()).velocity
     used = np.maximum(velocity / plan.limits.velocity, velocity / plan.limits.velocity_lower)
     fastest = np.max(used.reshape(len(dense), -1), axis=1)
     return np.clip(np.ceil(100.0 * fastest), 1, 100)
-
-
-def _krl_refusal(plan: Plan, unlimited: np.ndarray) -> str:
-    if plan.trajectory.dof > len(KRL_AXES):
-        return f"KRL: {plan.trajectory.dof} joints; a KUKA controller has the axes {', '.join(KRL_AXES)}"
-    return (
-        f"KRL: {plan.joints[unlimited[0]]} has no velocity limit, so its speed cannot be given in percent. "
-        "Set limits.velocity in the robot file and plan again"
-    )
 
 
 def _axes(values: np.ndarray) -> str:
@@ -151,16 +148,12 @@ def ros_text(plan: Plan, rate: float | None = None) -> str:
 
 def _ros_remarks(states: States) -> list[str]:
     """Remarks on a start or end in motion, which a controller may refuse."""
-    remarks = []
-    for row, place, action in (
-        (0, "starts", "bring the arm there at that speed"),
-        (-1, "ends", "configure it to allow that"),
-    ):
-        if np.any(np.abs(states.velocity[row]) > 10.0**-DIGITS):
-            remarks.append(
-                f"# It {place} in motion, which a joint_trajectory_controller may refuse: {action}."
-            )
-    return remarks
+    ends = ((0, "starts", "bring the arm there at that speed"), (-1, "ends", "configure it to allow that"))
+    return [
+        f"# It {place} in motion, which a joint_trajectory_controller may refuse: {action}."
+        for row, place, action in ends
+        if np.any(np.abs(states.velocity[row]) > 10.0**-DIGITS)
+    ]
 
 
 def _numbers(values: np.ndarray) -> str:

@@ -14,7 +14,7 @@ from exidyn.identification.arm.robot import Limits, Robot
 from exidyn.identification.model import Model
 from exidyn.identification.notebook import InNotebook
 from exidyn.identification.robot_files.robot_text import model_text, moving_text
-from exidyn.identification.schema import Name, Number
+from exidyn.identification.schema import Name, Number, Size
 
 from ..errors import BadLimits, NotATrajectory
 from ..limits.usable_limits import require_movable
@@ -23,6 +23,8 @@ from ..trajectory import States, Trajectory
 if TYPE_CHECKING:
     from pathlib import Path
 
+UNITS = ("rad", "m")
+"""Units of the positions of revolute and prismatic joints."""
 HASH_DIGITS = 16
 """Number of hexadecimal digits, of 64: 64 bits, so that no two robots have the same hash by chance."""
 
@@ -32,18 +34,18 @@ class Plan(InNotebook):
     """A planned trajectory, and what the arm and its operator need to know about it."""
 
     trajectory: Trajectory  # the motion
-    joints: tuple[Name, ...]  # names of the joints, in the order of every (t, n) array
-    units: tuple[str, ...]  # unit of each joint's position, "rad" or "m"
     robot: Name  # name of the robot
     robot_hash: Name  # hash of the robot's geometry and limits
     model_hash: Name  # hash of the nominal model
+    joints: tuple[Name, ...]  # names of the joints, in the order of every (t, n) array
+    units: tuple[str, ...]  # unit of each joint's position, "rad" or "m"
     limits: Limits  # limits of the robot, without margins
     # Safety margins to the limits, by name: a share [-], or a position [rad].
-    margins: Mapping[str, float] = field(default_factory=dict)
+    margins: Mapping[str, Size] = field(default_factory=dict)
     criterion: str = ""  # minimized criterion; empty if nothing was minimized
     reached: float = float("nan")  # value of the criterion; NaN if nothing was minimized
     # Other facts by name, such as condition number, largest deviation, solver, seconds.
-    details: Mapping[str, float | str] = field(default_factory=dict)
+    details: Mapping[str, int | float | str] = field(default_factory=dict)
     seed: int = 0  # seed of the random starts
     tick: Number = 0.004  # sampling period of the controller [s]
     payload_pair: bool = False  # whether the motion is to be run twice, unloaded and loaded
@@ -66,6 +68,9 @@ class Plan(InNotebook):
         for name, count in counts.items():
             if count != n:
                 raise NotATrajectory(f"{name} has {count} entries, and the trajectory moves {n} joints")
+        for unit in self.units:
+            if unit not in UNITS:
+                raise NotATrajectory(f"units: '{unit}' is not one of {', '.join(UNITS)}")
         if not 0.0 < self.tick < np.inf:
             raise NotATrajectory(f"tick is {self.tick:g} s, expected above 0")
 
@@ -96,16 +101,12 @@ def units_of(robot: Robot) -> tuple[str, ...]:
 
 def robot_hash(robot: Robot) -> str:
     """Short hash of the robot's geometry and limits."""
-    return _hash(moving_text(robot))
+    return hashlib.sha256(moving_text(robot).encode()).hexdigest()[:HASH_DIGITS]
 
 
 def model_hash(model: Model) -> str:
     """Short hash of the nominal model."""
-    return _hash(model_text(model))
-
-
-def _hash(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:HASH_DIGITS]
+    return hashlib.sha256(model_text(model).encode()).hexdigest()[:HASH_DIGITS]
 
 
 def fits(plan: Plan, model: Model) -> list[str]:
@@ -169,14 +170,11 @@ NAME_ROBOT = "Percentages refer to the limits in the file; use --robot to refer 
 
 def tightest(first: Limits, second: Limits) -> Limits:
     """The narrower of two limits for each joint and side."""
-    return Limits(
-        **{
-            f.name: (np.maximum if f.name.endswith("_lower") else np.minimum)(
-                getattr(first, f.name), getattr(second, f.name)
-            )
-            for f in fields(Limits)
-        }
-    )
+    narrower = {}
+    for name, limit in vars(first).items():
+        tighter = np.maximum if name.endswith("_lower") else np.minimum
+        narrower[name] = tighter(limit, getattr(second, name))
+    return Limits(**narrower)
 
 
 def within(plan: Plan, robot: Robot) -> Plan:

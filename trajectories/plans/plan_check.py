@@ -1,7 +1,7 @@
 """Use of the robot's limits by a plan, violations, and jumps between samples."""
 
 from collections.abc import Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from exidyn.identification.model import Model
 
 from ..families.sequence import JOIN
 from ..limits.check import ROUNDING, beyond, check, torque_peaks
-from ..limits.usable_limits import ranges
+from ..limits.usable_limits import LIMIT_FIELDS, ranges
 from ..search.torque_bound import TorqueBound
 from ..trajectory import Range, Trajectory, unit_of, widest
 from .plan import Plan
@@ -85,11 +85,7 @@ class Curve(NamedTuple):
     use: Use  # use of the limits by all runs, between samples too
 
 
-Torque = Curve
-"""The curve of the torque by the nominal model, see `nominal_torque`."""
-
-
-def nominal_torque(plan: Plan, model: Model) -> Torque:
+def nominal_torque(plan: Plan, model: Model) -> Curve:
     """Torque of the motion by the nominal model; for a payload pair also with the model's payload.
 
     There are two runs for a payload pair with a known payload. The limits are the narrower ones of plan and
@@ -104,7 +100,7 @@ def nominal_torque(plan: Plan, model: Model) -> Torque:
     return Curve(states.time, runs, Use("torque", widest(peaks), -limit, limit))
 
 
-def violations(plan: Plan, torque: Torque | None = None) -> list[str]:
+def violations(plan: Plan, torque: Curve | None = None) -> list[str]:
     """Sentences on violations of the plan's limits, after `within`, by the motion, with stops and jumps."""
     limit_violations = check(plan.trajectory, _known_or_used(plan), spacing(plan))
     if torque is not None:
@@ -125,14 +121,13 @@ def spacing(plan: Plan) -> float:
 
 def _known_or_used(plan: Plan) -> Limits:
     """The limits, where missing rate limits are what the motion uses, so that stops can be computed."""
-    extremes = plan.trajectory.extremes()
-    used: dict[str, np.ndarray] = {}
-    for name in ("velocity", "acceleration", "jerk"):
-        size = getattr(extremes, name).largest
-        used[name] = np.where(size > 0.0, size, 1.0)  # a joint at rest needs some limit
-        used[f"{name}_lower"] = -used[name]
-    planned = {f.name: getattr(plan.limits, f.name) for f in fields(Limits) if f.name in used}
-    known_or_used = {name: np.where(np.isfinite(v), v, used[name]) for name, v in planned.items()}
+    extremes, known_or_used = plan.trajectory.extremes(), {}
+    for quantity in ("velocity", "acceleration", "jerk"):
+        size = getattr(extremes, quantity).largest
+        used = np.where(size > 0.0, size, 1.0)  # a joint at rest needs some limit
+        for name in LIMIT_FIELDS[quantity]:
+            planned = getattr(plan.limits, name)
+            known_or_used[name] = np.where(np.isfinite(planned), planned, np.copysign(used, planned))
     return replace(plan.limits, **known_or_used)
 
 

@@ -4,23 +4,17 @@ The page is self-contained: no scripts, no network, light and dark, printable.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from exidyn.identification.document.document import (
-    Figure,
-    Grid,
-    Paragraph,
-    Section,
-)
+from exidyn.identification.document.document import Figure, Grid, Paragraph, Section
 from exidyn.identification.document.html import html
 from exidyn.identification.pages.svg import COLUMNS, Panel, Span, legend, picture, text
 from exidyn.identification.text_table import digits
 
 from ..trajectory import unit_of
 from .plan import Plan
-from .plan_check import Curve, Torque, Use, limit_use, percent
+from .plan_check import Curve, Use, limit_use, percent
 from .plan_space import Space, space_figures
 from .plan_summary import plan_document
 
@@ -46,7 +40,7 @@ svg .inside { fill: var(--ink); } svg .over { fill: var(--bad); font-weight: 600
 """Styles in addition to a report's style sheet."""
 
 
-def plan_curves(plan: Plan, torque: Torque | None = None) -> list[Curve]:
+def plan_curves(plan: Plan, torque: Curve | None = None) -> list[Curve]:
     """Position, velocity, acceleration, jerk at every sampling period, and torque if it is known."""
     states = plan.trajectory.every(plan.tick)
     curves = [Curve(states.time, ((PLANNED, getattr(states, use.name)),), use) for use in limit_use(plan)]
@@ -122,17 +116,20 @@ def _used(use: Use, joint: int, top: float) -> str:
     return used + text(x, middle + 11, "of limit", "tick")
 
 
-class Around(NamedTuple):
-    """The surroundings of a motion."""
-
-    space: Space  # surroundings to draw
-    nearest: str  # nearest approaches in words; empty if collisions were not checked
+SPACE = (
+    "Path of the flange in the base frame, with the base at 0, 0. Obstacles are shaded; dashed lines are "
+    "their edges, and walls seen edgewise."
+)
 
 
 def plan_page(
-    plan: Plan, beyond: Sequence[str] = (), torque: Torque | None = None, around: Around | None = None
+    plan: Plan,
+    beyond: Sequence[str] = (),
+    torque: Curve | None = None,
+    space: Space | None = None,
+    nearest: str = "",
 ) -> str:
-    """HTML of the page."""
+    """HTML of the page; `nearest` has the nearest approaches in words, if collisions were checked."""
     curves = plan_curves(plan, torque)
     uses = [curve.use for curve in curves]
     figures = [
@@ -144,27 +141,19 @@ def plan_page(
         "Percentages are the largest value over the limit, also between samples"
         + ("; torque is that of the nominal model." if torque else ".")
     )
-    document = plan_document(plan, uses, beyond, _remarks(plan, torque, around))
-    motion = Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")])
-    return html(document._replace(sections=[*document.sections, *_space(around), motion]), style=STYLE)
+    document = plan_document(plan, uses, beyond, _remarks(plan, torque, nearest))
+    sections = [*document.sections]
+    if space is not None:
+        views = Grid(space_figures(space), "two alike")
+        sections.append(Section("space", "Space", [Paragraph(SPACE), views]))
+    sections.append(Section("motion", "Motion", [Paragraph(legend), Grid(figures, "two alike")]))
+    return html(document._replace(sections=sections), style=STYLE)
 
 
-def _space(around: Around | None) -> list[Section]:
-    if around is None:
-        return []
-    caption = (
-        "Path of the flange in the base frame, with the base at 0, 0. Obstacles are shaded; dashed lines are "
-        "their edges, and walls seen edgewise."
-    )
-    return [Section("space", "Space", [Paragraph(caption), Grid(space_figures(around.space), "two alike")])]
-
-
-def _remarks(plan: Plan, torque: Torque | None, around: Around | None) -> list[str]:
+def _remarks(plan: Plan, torque: Curve | None, nearest: str) -> list[str]:
     """The nearest approach, and checks that this page does not include."""
-    if around and around.nearest:
-        sentences, unchecked = [f"Nearest: {around.nearest}."], list[str]()
-    else:
-        sentences, unchecked = [], ["collisions"]
+    sentences = [f"Nearest: {nearest}."] if nearest else []
+    unchecked = [] if nearest else ["collisions"]
     if torque is None:
         unchecked.append("torque, which needs the robot")
     elif plan.payload_pair and len(torque.runs) == 1:

@@ -21,7 +21,7 @@ from ..families.phases import Phases
 from ..trajectory import Trajectory
 from .plan import Plan
 from .plan_check import Use, limit_use, percent
-from .trajectory_rows import family_words
+from .plan_file import family_words
 
 BYTES, POSE_BYTES, HEAD_BYTES = 55.0, 3000.0, 20e3
 """Bytes of a recording per joint and command, per joint and second of poses for viewers, and for robot and

@@ -5,28 +5,38 @@ import pickle
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, wait
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from contextvars import ContextVar
-from math import inf
+from ctypes import c_double
 from multiprocessing import get_context
-from threading import current_thread, main_thread
-from typing import Any
+from queue import SimpleQueue
+from threading import Event, current_thread, main_thread
+from typing import Any, NamedTuple
 
 from exidyn.identification.child_processes import process_pool
 
 from ..errors import TrajectoryError
 
 Stop = Callable[[], bool]
+"""Whether a task is asked to end with its best result."""
+Report = Callable[[Any], None]
+"""Sends a value to the caller while the task runs."""
 
 POLL = 0.2
 """Interval at which the clock is checked while tasks run [s], far below the duration of a start."""
 
-SHARED = ContextVar[tuple[Any, Any]]("shared by a pool")
-"""In a process of the pool: the event that requests the end, and the start of the first task on the clock
-that all processes share [s]; 0 before."""
-REPORTER = ContextVar[Callable[[Any], None]]("receiver of a task's reports", default=lambda _: None)
+
+class Shared(NamedTuple):
+    """What the workers of a pool share with the caller."""
+
+    stopping: Any  # event that asks running tasks to end
+    begun: Any  # start of the first task on the clock that all processes share [s]; 0 before
+    reports: Any  # queue of the values that tasks report
+
+
+SHARED = ContextVar[Shared]("shared by a worker with the caller of its pool")
 
 
 def run_all(
@@ -34,9 +44,9 @@ def run_all(
     tasks: Sequence[tuple[Any, ...]],
     seconds: float,
     note: Callable[[Any], None],
-    receive: Callable[[Any], None] = lambda _: None,
+    receive: Report = lambda _: None,
 ) -> None:
-    """Call work(*task, seconds, stop) for every task; `note` gets each result as soon as it is available.
+    """Call work(*task, seconds, stop, report) for each task; `note` gets each result as soon as it is there.
 
     At the end of the time, or on Ctrl-C, running tasks are requested to end with their best result, and tasks
     that have not begun are skipped. Each task gets a share of the time that remains when it begins, so that
@@ -46,50 +56,22 @@ def run_all(
         work: Function to call; other processes must be able to import it.
         tasks: Arguments of each call.
         seconds: Time for all tasks, from the start of the first, as processes take seconds to start [s].
-        note: Called in this process.
-        receive: Called in this process with the values that tasks `report`.
+        note: Called in this thread with each result.
+        receive: Called in this thread with the values that tasks report.
 
     Raises:
         TrajectoryError: A process of the pool died.
     """
     workers = max(min(len(tasks), os.cpu_count() or 1), 1)
-    if workers == 1:
-        end = time.monotonic() + seconds
-        with _interrupt_noted() as interrupted, _reporting_to(receive):
-            for place, task in enumerate(tasks):
-                remaining = end - time.monotonic()
-                if place == 0 or (remaining > 0.0 and not interrupted()):
-                    note(work(*task, remaining / (len(tasks) - place), interrupted))
-    else:
-        _in_processes(work, tasks, seconds, note, receive, workers)
-
-
-def _in_processes(
-    work: Callable[..., Any],
-    tasks: Sequence[tuple[Any, ...]],
-    seconds: float,
-    note: Callable[[Any], None],
-    receive: Callable[[Any], None],
-    workers: int,
-) -> None:
-    """Run tasks in a pool of processes, which has ended when this returns or raises."""
-    context = get_context("spawn")
-    event, begun, reports = context.Event(), context.Value("d", 0.0), context.SimpleQueue()
-
-    def listen() -> None:
-        while not reports.empty():
-            receive(reports.get())
-
-    of_script = b"__main__" in pickle.dumps(tasks)  # such as an effect that a script defines
-    with _one_thread_each(), process_pool(workers, _begin, (event, begun, reports), of_script) as pool:
+    rounds = [-(-(len(tasks) - place) // workers) for place in range(len(tasks))]
+    with _interrupt_noted() as interrupted, _pool(workers, tasks) as (pool, shared):
         try:
             with _interrupts_blocked():  # an interrupt would kill a process that still imports
-                rounds = [-(-(len(tasks) - place) // workers) for place in range(len(tasks))]
                 futures = [
                     pool.submit(_call_in_time, work, task, seconds, task_rounds)
                     for task, task_rounds in zip(tasks, rounds, strict=True)
                 ]
-            _gather(futures, seconds, note, event.set, listen, lambda: begun.value)
+            _gather(futures, seconds, note, receive, shared, interrupted)
         except BrokenProcessPool as error:
             raise TrajectoryError(
                 "a process of the search died: memory may have run out, or a script that defines an effect "
@@ -97,38 +79,45 @@ def _in_processes(
                 "`if __name__ == '__main__':`"
             ) from error
         finally:
-            event.set()  # tasks that still run after an error end now, not at the end of their time
+            shared.stopping.set()  # tasks that still run after an error end now, not at the end of their time
+
+
+@contextmanager
+def _pool(workers: int, tasks: Sequence[tuple[Any, ...]]) -> Iterator[tuple[Executor, Shared]]:
+    """A pool of processes, or one thread for one worker, that has ended when the block ends."""
+    if workers == 1:
+        shared = Shared(Event(), c_double(), SimpleQueue())
+        with ThreadPoolExecutor(1, initializer=SHARED.set, initargs=(shared,)) as thread:
+            yield thread, shared
+        return
+    context = get_context("spawn")
+    shared = Shared(context.Event(), context.RawValue("d"), context.SimpleQueue())
+    of_script = b"__main__" in pickle.dumps(tasks)  # such as an effect that a script defines
+    with _one_thread_each(), process_pool(workers, _begin_process, (shared,), of_script) as pool:
+        yield pool, shared
 
 
 def _gather(
     futures: Sequence["Future[Any]"],
     seconds: float,
     note: Callable[[Any], None],
-    ask_to_stop: Callable[[], None],
-    listen: Callable[[], None],
-    begun: Callable[[], float],
+    receive: Report,
+    shared: Shared,
+    interrupted: Stop,
 ) -> None:
-    """Pass on results as they arrive; stop when the time is over, which counts from the first start."""
-    end, pending, stopped = inf, set(futures), False
+    """Pass on results as they arrive, until the time from the first start is over."""
+    pending = set(futures)
     try:
         while pending:
-            try:
-                if end == inf and begun():
-                    end = begun() + seconds
-                done = wait(pending, timeout=POLL, return_when="FIRST_COMPLETED").done
-                listen()
-                while done:
-                    future = done.pop()
-                    pending.discard(future)
-                    note(future.result())
-                enough = time.monotonic() > end
-            except KeyboardInterrupt:
-                if stopped:
-                    raise  # second interrupt
-                enough = True
-            if enough and not stopped:
-                stopped = True
-                ask_to_stop()
+            done, pending = wait(pending, timeout=POLL, return_when="FIRST_COMPLETED")
+            while not shared.reports.empty():
+                receive(shared.reports.get())
+            for future in done:
+                note(future.result())
+            begun = shared.begun.value
+            time_is_over = begun > 0.0 and time.monotonic() > begun + seconds
+            if (time_is_over or interrupted()) and not shared.stopping.is_set():
+                shared.stopping.set()
                 pending = {future for future in pending if not future.cancel()}
     finally:
         for future in pending:
@@ -136,33 +125,17 @@ def _gather(
 
 
 def _call_in_time(work: Callable[..., Any], task: tuple[Any, ...], seconds: float, rounds: int) -> Any:
-    """Call work with a share of the remaining time of all tasks; this process has `rounds` tasks to come."""
-    stopping, begun = SHARED.get()
-    with begun.get_lock():
-        begun.value = begun.value or time.monotonic()
-    remaining = begun.value + seconds - time.monotonic()
-    return work(*task, max(remaining, 0.0) / rounds, lambda: bool(stopping.is_set()))
+    """Call work with a share of the remaining time of all tasks; this worker has `rounds` tasks to come."""
+    shared = SHARED.get()
+    # Workers that begin at the same time may all write: their times differ by less than a millisecond.
+    shared.begun.value = shared.begun.value or time.monotonic()
+    remaining = max(shared.begun.value + seconds - time.monotonic(), 0.0)
+    return work(*task, remaining / rounds, shared.stopping.is_set, shared.reports.put)
 
 
-def report(value: Any) -> None:
-    """Send a value from a task to the process that waits for it."""
-    REPORTER.get()(value)
-
-
-@contextmanager
-def _reporting_to(receive: Callable[[Any], None]) -> Iterator[None]:
-    """Send reports of tasks in this process to `receive`."""
-    before = REPORTER.set(receive)
-    try:
-        yield
-    finally:
-        REPORTER.reset(before)
-
-
-def _begin(event: Any, begun: Any, reports: Any) -> None:
+def _begin_process(shared: Shared) -> None:
     """Initialize a process of the pool, in which interrupts are ignored: the parent handles them."""
-    SHARED.set((event, begun))
-    REPORTER.set(reports.put)
+    SHARED.set(shared)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

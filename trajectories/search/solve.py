@@ -5,7 +5,7 @@ The best solution so far is stored at every step, so that there is a result when
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,20 +14,19 @@ from .problem import Problem
 from .sqp import Function, minimize
 
 
-class Clock:
-    """Time since a start began [s].
-
-    Attributes:
-        offer: Initial guess of the cost of bringing a series inside all limits, in the clock's unit.
-    """
+class Budget:
+    """Time that a start may use [s], from when it is made; the start ends earlier if `stop` says so."""
 
     offer = 0.3
+    """Initial guess of the cost of bringing a series inside all limits, in the unit of the budget."""
 
-    def __init__(self) -> None:
+    def __init__(self, amount: float = np.inf, stop: Callable[[], bool] = lambda: False) -> None:
+        self.amount, self.stop = amount, stop
         self._begun = time.monotonic()
 
-    def now(self) -> float:
-        """Budget used so far."""
+    @property
+    def used(self) -> float:
+        """What has been used so far."""
         return time.monotonic() - self._begun
 
     def iterate(self) -> None:
@@ -37,22 +36,17 @@ class Clock:
         """Count a series brought inside all limits."""
 
 
-class IterationClock(Clock):
-    """Iterations since a start began: a slow computer then does the same work as a fast computer."""
+class IterationBudget(Budget):
+    """Iterations that a start may use: a slow computer then does the same work as a fast computer."""
 
     offer = 10.0
-
-    def __init__(self) -> None:
-        self._count = 0.0
-
-    def now(self) -> float:
-        return self._count
+    used = 0.0
 
     def iterate(self) -> None:
-        self._count += 1.0
+        self.used += 1.0
 
     def deliver(self) -> None:
-        self._count += self.offer
+        self.used += self.offer
 
 
 TOLERANCE = 0.01
@@ -81,34 +75,29 @@ class Search:
     # Best unknowns that keep the bounds at all samples, shape (k n,); None if there are none.
     unknowns: np.ndarray | None = None
     value: float = np.inf  # value of the last objective there
-    # Budget used since the start, in the clock's unit, and best value so far.
-    history: list[tuple[float, float]] = field(default_factory=list)
 
 
 def solve(
     problem: Problem,
     start: np.ndarray,
-    seconds: float = np.inf,
-    stop: Callable[[], bool] = lambda: False,
+    budget: Budget | None = None,
+    until: float = np.inf,
     report: Callable[[Search], None] = lambda _: None,
     most: int = LAST_STEPS,
     curvature: np.ndarray | None = None,
-    clock: Clock | None = None,
 ) -> Search:
     """Minimize a problem's smooth objectives one after the other from a start, shape (k n,).
 
     Args:
         problem: Objectives and bounds.
         start: Initial unknowns, which need not keep the bounds.
-        seconds: Budget in the clock's unit, by default a time limit [s].
-        stop: Called at every step; returns whether to end.
+        budget: Budget of the start, whose request to stop is heeded at every step; unlimited by default.
+        until: Amount of the budget in use at which the search ends.
         report: Called at every improvement.
         most: Maximum iterations of the last objective.
         curvature: Hessian that an earlier search has learned in the same unknowns.
-        clock: Clock of the budget; by default that of the computer.
     """
-    clock = clock or Clock()
-    begun, margins, unknowns = clock.now(), Function(problem.margins), np.array(start)
+    budget, margins, unknowns = budget or Budget(), Function(problem.margins), np.array(start)
     search = Search(np.eye(len(unknowns)) if curvature is None else curvature)
     values = [Function(partial(problem.value, objective=objective)) for objective in problem.objectives]
     smooth = [value for value, objective in zip(values, problem.objectives, strict=True) if objective.smooth]
@@ -119,9 +108,8 @@ def solve(
             value = values[-1].value(at)
             if value < search.value:
                 search.unknowns, search.value = at.copy(), value
-                search.history.append((clock.now() - begun, value))
                 report(search)
-        if clock.now() - begun > seconds or stop():
+        if budget.used > until or budget.stop():
             raise _Stopped
 
     try:
@@ -129,7 +117,7 @@ def solve(
         for objective in smooth:
             steps, gain = (most, GAIN) if objective is smooth[-1] else (STEPS, ROUGH)
             for iterate in minimize(objective, margins, unknowns, search.curvature, steps, gain):
-                clock.iterate()
+                budget.iterate()
                 unknowns, search.curvature = iterate
                 note(unknowns)
     except (_Stopped, KeyboardInterrupt):

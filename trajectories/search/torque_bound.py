@@ -16,8 +16,8 @@ from exidyn.identification.arm.motion import Motion
 from exidyn.identification.model import Model
 
 from ..trajectory import States
-from .bounds import Bound, BoundMargins, Slopes
 from .goals import Goal
+from .problem import Bound, BoundMargins, Slopes
 from .torque_spread import TorqueSpread
 
 CHUNK = 20000
@@ -43,7 +43,7 @@ class TorqueBound(Bound):
 
     def torque(self, states: States, payload: str) -> np.ndarray:
         """Nominal joint torque, shape (t, n) [N m]."""
-        kinematics, others, values = self._parts(payload)
+        kinematics, others, values = self._parts[payload]
         motion = others.loaded(states.motion(payload))
         starts = range(0, len(motion), CHUNK)  # the regressor of a run of minutes takes a gigabyte
         effects = [others.torque(motion[start : start + CHUNK], values) for start in starts]
@@ -53,11 +53,9 @@ class TorqueBound(Bound):
         """Half the width of the band about the nominal torque, shape (t, n) [N m]."""
         if self.spread is None or self.spread.factor == 0.0:
             return np.zeros_like(states.position)
-        motion, spread = states.motion(payload), self.spread
-        starts = range(0, len(motion), CHUNK)
-        return np.concatenate(
-            [spread.band(_columns(self.model, motion[start : start + CHUNK])) for start in starts]
-        )
+        model, motion, spread = self.model, states.motion(payload), self.spread
+        parts = [motion[start : start + CHUNK] for start in range(0, len(motion), CHUNK)]
+        return np.concatenate([spread.band(model.regressor(model.loaded(part))) for part in parts])
 
     def of(self, payload: str) -> Callable[[States], np.ndarray]:
         """Function from states to the end of the band with the larger absolute torque in one run."""
@@ -93,14 +91,9 @@ class TorqueBound(Bound):
         return BoundMargins(np.concatenate(rows, axis=1), slopes)
 
     @cached_property
-    def _cache(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
-        return {}
-
-    def _parts(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
-        """Rigid bodies of a run, and a model of all other effects with its parameter values."""
-        if payload not in self._cache:
-            self._cache[payload] = self._split(payload)
-        return self._cache[payload]
+    def _parts(self) -> dict[str, tuple[pin.Model, Model, np.ndarray]]:
+        """Rigid bodies of each run, and a model of all other effects with its parameter values."""
+        return {payload: self._split(payload) for payload in self.payloads}
 
     def _split(self, payload: str) -> tuple[pin.Model, Model, np.ndarray]:
         model, values = self.model, self.model.nominal_values
@@ -116,7 +109,7 @@ class TorqueBound(Bound):
 
         Rows far from their limit need them as well: with zeros the solver finds no descent direction.
         """
-        kinematics, others, values = self._parts(payload)
+        kinematics, others, values = self._parts[payload]
         motion = others.loaded(states.motion(payload))
         by_bodies = _body_torque_derivatives(kinematics, motion)[:, :, limited] / self.limit[limited][:, None]
         by_others = _by_motion(others, values, motion, limited, 1.0 / self.limit[limited])
@@ -139,11 +132,6 @@ class TorqueBound(Bound):
             gradient = self.model.motion_gradient(motion, weights)
             slopes[:, rows, places] = gradient.position, gradient.velocity, gradient.acceleration
         return slopes
-
-
-def _columns(model: Model, motion: Motion) -> np.ndarray:
-    """Regressor with gear loads from the model, shape (t, n, p)."""
-    return model.regressor(model.loaded(motion))
 
 
 def _body_torque(kinematics: pin.Model, motion: Motion) -> np.ndarray:
@@ -193,10 +181,14 @@ STEPS = 20
 """Number of bisections: a resolution of a millionth of the widest factor."""
 
 
+def _without_limits(goal: Goal) -> TorqueBound:
+    return TorqueBound(goal.model, np.full(goal.model.robot.dof, np.inf), goal.payloads, goal.spread)
+
+
 def peaks(goal: Goal, states: States) -> np.ndarray:
     """Largest torque of each sampled arm and joint in all runs of a motion, shape (k, n) [N m]."""
     assert goal.spread is not None
-    bound = TorqueBound(goal.model, np.full(goal.model.robot.dof, np.inf), goal.payloads)
+    bound = _without_limits(goal)
     run_peaks = [
         goal.spread.peaks(goal.model, states.motion(payload), bound.torque(states, payload))
         for payload in goal.payloads
@@ -237,8 +229,7 @@ def with_own_factor(goal: Goal, states: States, limit: np.ndarray) -> Goal:
 
 def _reach(goal: Goal, spread: TorqueSpread, states: States) -> Callable[[float], np.ndarray]:
     """Function from factor to largest absolute torque in the band of each joint, shape (n,) [N m]."""
-    unit_spread = replace(spread, factor=1.0)
-    bound = TorqueBound(goal.model, np.full(goal.model.robot.dof, np.inf), goal.payloads, unit_spread)
+    bound = _without_limits(goal.with_spread(replace(spread, factor=1.0)))
     torque = np.abs(np.concatenate([bound.torque(states, payload) for payload in goal.payloads]))
     deviation = np.concatenate([bound.band(states, payload) for payload in goal.payloads])
     return lambda factor: np.max(torque + factor * deviation, axis=0)

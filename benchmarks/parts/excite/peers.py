@@ -17,13 +17,11 @@ from scipy.optimize import minimize
 from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search.delivery import Setting
-from exidyn.trajectories.search.excite import SETTLES
+from exidyn.trajectories.search.delivery import Setting, shrink_inside
+from exidyn.trajectories.search.excite import SETTLES, TRYING, best_of_tries, problem_of
 from exidyn.trajectories.search.experiment import Experiment
 from exidyn.trajectories.search.goals import Identify
-from exidyn.trajectories.search.shrink import shrink_inside
-from exidyn.trajectories.search.solve import Search, solve
-from exidyn.trajectories.search.start import TRYING, best_of_tries, problem_of
+from exidyn.trajectories.search.solve import Budget, Search, solve
 
 from .arm import ALLOWED, RATE, Arm, States, Verdict
 
@@ -255,22 +253,16 @@ def ours(
     best, begun, starts, found = Best(arm), CLOCK(), 0, []
     while CLOCK() - begun < budget_seconds:
         problem, left = problem_of(goal, setting, DURATION), budget_seconds - (CLOCK() - begun)
-        drawn, curvature = best_of_tries(
-            goal, setting, problem, 1000 * seed + starts, min(TRYING * left, SETTLES), lambda: False
-        )
+        budget = Budget(min(left, SETTLES / TRYING))
+        drawn, curvature = best_of_tries(goal, setting, problem, 1000 * seed + starts, budget)
         steps: list[tuple[float, np.ndarray]] = []
 
         def note(search: Search, steps: list[tuple[float, np.ndarray]] = steps) -> None:
             if search.unknowns is not None:
                 steps.append((CLOCK() - begun, search.unknowns))
 
-        solve(
-            problem,
-            problem.unknowns(drawn),
-            stop=lambda: CLOCK() - begun > budget_seconds,
-            report=note,
-            curvature=curvature,
-        )
+        until_end = Budget(stop=lambda: CLOCK() - begun > budget_seconds)
+        solve(problem, problem.unknowns(drawn), until_end, report=note, curvature=curvature)
         found += [(when, problem.basis.fourier(problem.coefficients(at))[0]) for when, at in steps]
         starts += 1
     seconds = CLOCK() - begun

@@ -29,7 +29,7 @@ from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.usable_limits import Margins, usable
 from exidyn.trajectories.planning.planner import plan, whole_run
 from exidyn.trajectories.planning.wishes import Wishes
-from exidyn.trajectories.search.shrink import inside_kinematics
+from exidyn.trajectories.search.delivery import inside_kinematics
 from exidyn.trajectories.trajectory import Trajectory
 
 

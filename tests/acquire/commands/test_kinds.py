@@ -9,8 +9,8 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.identification.effects import JointSpring, Prior
 from exidyn.identification.robot_files.robot_file import model_text
 from exidyn.trajectories.clearances.region import Region, box
-from exidyn.trajectories.kinds.by_rule import KINDS
 from exidyn.trajectories.limits.check import check
+from exidyn.trajectories.planning.by_rule import KINDS
 from exidyn.trajectories.plans.plan_file import read_plan
 
 from ...parts.plans.excitation import limits

@@ -9,7 +9,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.payload_command import _beyond_plan
 from exidyn.identification.payload.formats import FORMATS
 from exidyn.identification.robot_files.robot_text import model_text
-from exidyn.trajectories.kinds.payload_motion import HEAVIEST
+from exidyn.trajectories.planning.payload_motion import HEAVIEST
 from exidyn.trajectories.plans.plan_file import plan_text, read_plan
 
 from ...parts.plans.plans import known_plan

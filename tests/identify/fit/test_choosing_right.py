@@ -12,9 +12,9 @@ from exidyn.identification.effects import (
     SpringBalancer,
     StribeckFriction,
 )
-from exidyn.trajectories.discrimination.separation import probability, separation, separation_for
+from exidyn.trajectories.discrimination.separation import probability, separation_for
 
-from ...parts.plans.hypotheses import OBSERVATION, hypothesis, motion, refitted, stacked
+from ...parts.plans.hypotheses import OBSERVATION, hypothesis, motion, refitted, separation, stacked
 
 
 def share_of_right_choices(true, rival, at, draws=4000):

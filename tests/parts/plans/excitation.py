@@ -6,6 +6,7 @@ import numpy as np
 
 from exidyn.identification.effects import CoulombFriction, CurrentOffset, RigidBody, ViscousFriction
 from exidyn.identification.model import Model
+from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.search.delivery import Setting
@@ -23,6 +24,18 @@ def smooth_model(*more):
     """The two-joint arm with friction that turns slowly enough for differences."""
     friction = (ViscousFriction(), CoulombFriction(reversal=0.08))
     return Model(two_joints.arm(), (RigidBody(), *friction, CurrentOffset(), *more))
+
+
+def weak(torque, **robot):
+    """The two-joint arm with drives of little torque, and other fields of its robot."""
+    of = two_joints.model()
+    within = replace(of.robot.limits, torque=np.array(torque))
+    return replace(of, robot=replace(of.robot, limits=within, **robot))
+
+
+def core(run):
+    """The periodic part of a run."""
+    return next(part for part in run.parts if isinstance(part, Fourier))
 
 
 def coefficients(basis, dof, seed=0, size=0.5):

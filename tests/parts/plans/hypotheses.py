@@ -18,9 +18,9 @@ from exidyn.identification.effects import (
     known_parameters,
 )
 from exidyn.identification.model import Model
-from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, separation
+from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, explain
+from exidyn.trajectories.search.experiment import DriveGains
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.unknowns import DriveGains
 
 from ..small.two_joints import arm
 
@@ -36,7 +36,22 @@ def model(*more):
 
 
 def hypothesis(name, *more, values=None, deviations=None):
-    return Hypothesis.of_priors(name, model(*more), FRICTION | (values or {}), deviations)
+    return hypothesis_of(name, model(*more), FRICTION | (values or {}), deviations or {})
+
+
+def hypothesis_of(name, of, values, deviations):
+    """A hypothesis with the priors of a model, except for the parameters that are named."""
+    center = [values.get(key, prior.value) for key, prior in zip(of.names, of.priors, strict=True)]
+    std = [deviations.get(key, prior.std) for key, prior in zip(of.names, of.priors, strict=True)]
+    with np.errstate(divide="ignore"):
+        precision = np.diag(np.array(std, float) ** -2.0)
+    return replace(Hypothesis.of_priors(name, of), values=np.array(center), precision=precision)
+
+
+def separation(true, rival, motion, observation):
+    """How the rival explains a run in which another hypothesis is true."""
+    seen, share = observation.seen(rival, motion), observation.rows / len(motion)
+    return explain(rival, seen, observation.seen(true, motion).torque, share)
 
 
 def motion(seed=0, samples=60, size=1.0):
@@ -67,7 +82,7 @@ def grease():
 def gain():
     of = model()
     held = {"gain1": 0.0, "gain2": 0.1}
-    return Hypothesis.of_priors("gain", of + DriveGains(of), FRICTION | {"gain2": 0.05}, held)
+    return hypothesis_of("gain", of + DriveGains(of), FRICTION | {"gain2": 0.05}, held)
 
 
 def load_friction():

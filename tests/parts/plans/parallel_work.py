@@ -8,12 +8,12 @@ LONG = 300.0
 """Seconds in which every test ends; nothing waits for them unless something hangs."""
 
 
-def square(number, seconds, stop):
+def square(number, *_):
     """With who did it."""
     return number**2, os.getpid(), os.environ.get("OMP_NUM_THREADS")
 
 
-def until_asked(number, seconds, stop):
+def until_asked(number, seconds, stop, report):
     """What a search does: goes on until it is asked to end, then reports what it has."""
     begun = time.monotonic()
     while not stop():
@@ -23,39 +23,38 @@ def until_asked(number, seconds, stop):
     return number
 
 
-def failing(number, seconds, stop):
+def waiting_from_two(number, *asked):
+    """The first ends at once, the others when they are asked to."""
+    return until_asked(number, *asked) if number > 1 else number
+
+
+def failing(number, *asked):
     """One fails at once, the others would go on."""
     if number == 1:
         raise ZeroDivisionError("one")
-    return until_asked(number, seconds, stop) if number > 1 else number
+    return until_asked(number, *asked)
 
 
-def dying(number, seconds, stop):
+def dying(*_):
     os._exit(3)
 
 
-def told_time(number, seconds, stop):
-    return seconds
-
-
-def pressing(number, seconds, stop):
+def pressing(number, seconds, stop, report):
     """Somebody presses Ctrl-C while it works."""
     assert not stop()
     os.kill(os.getpid(), signal.SIGINT)
-    return number, stop()
+    return until_asked(number, seconds, stop, report)
 
 
-def pressing_twice(number, seconds, stop):
+def pressing_twice(*asked):
     """Somebody does not want to wait."""
-    for _ in range(2):
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(0.01)
+    pressing(*asked)
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.5)
 
 
-def reporting(number, seconds, stop):
+def reporting(number, seconds, stop, report):
     """How far it is, before it ends."""
-    from exidyn.trajectories.search.parallel import report
-
     report(10 * number)
     time.sleep(0.5)  # longer than it takes to be received
     return number

@@ -9,8 +9,8 @@ if current_process().name != "MainProcess":
     time.sleep(1.0)
 
 
-def time_until_asked(number, seconds, stop):
+def time_until_asked(*asked):
     """How long it could work [s]."""
     begun = time.monotonic()
-    until_asked(number, seconds, stop)
+    until_asked(*asked)
     return time.monotonic() - begun

@@ -13,27 +13,15 @@ from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest, random_positions
 from exidyn.trajectories.clearances.collision import Collision
 
+from ...parts.plans.clearance_checks import bound_is_proved, differences
 from ...parts.plans.sine_motion import SineMotion, sine_motion
 from ...parts.small import small_arm as arm
-
-MISSING = "package://my_arm/meshes/none.stl"
 
 
 @pytest.fixture
 def small(tmp_path):
     robot, geometry = arm.small_arm(tmp_path)
     return robot, Collision.of(robot, geometry)
-
-
-def differences(function, position, step=1e-6):
-    """Central differences of (t, m) by each joint, shape (t, m, n)."""
-    return np.stack(
-        [
-            (function(position + step * unit) - function(position - step * unit)) / (2 * step)
-            for unit in np.eye(position.shape[1])
-        ],
-        axis=-1,
-    )
 
 
 def test_bodies_are_where_pinocchio_puts_them(tmp_path):
@@ -87,20 +75,15 @@ def test_gradient_meets_finite_differences_apart_and_overlapping(small):
     assert np.quantile(overlapping, 0.95) < 1e-4
 
 
-def test_gradient_of_margins_is_that_of_distances(small):
-    robot, collision = small
-    position = random_positions(robot, 3)
-    margin, gradient = collision.gradient(position)
-    np.testing.assert_allclose(margin, collision.distances(position) - 0.02, atol=1e-9)
-    np.testing.assert_allclose(margin, collision.margins(position), atol=1e-9)
-    assert gradient.shape == (3, len(collision.names), robot.dof)
-
-
-def test_some_margins_are_those_asked_for(small):
+def test_margins_are_distances_less_the_required_one_and_some_are_those_asked_for(small):
     robot, collision = small
     position = random_positions(robot, 5)
+    every, (margin, gradient) = collision.margins(position), collision.gradient(position)
+    np.testing.assert_allclose(margin, collision.distances(position) - 0.02, atol=1e-9)
+    np.testing.assert_allclose(margin, every, atol=1e-9)
+    assert gradient.shape == (5, len(collision.names), robot.dof)
     wanted = np.random.default_rng(0).uniform(size=(5, len(collision.names))) < 0.5
-    some, every = collision.some_margins(position, wanted), collision.margins(position)
+    some = collision.some_margins(position, wanted)
     np.testing.assert_allclose(some[wanted], every[wanted], atol=1e-9)
     assert np.all(np.isinf(some[~wanted]))
 
@@ -150,16 +133,11 @@ def test_bodies_together_by_design_are_left_out_and_listed(tmp_path):
     assert not any(name == "fore_0 to tool_0" for name in collision.names)
 
 
-def test_a_link_that_is_not_there_cannot_be_ignored(tmp_path):
+def test_a_link_that_is_not_there_and_geometry_of_another_robot_are_refused(tmp_path):
     robot, geometry = arm.small_arm(tmp_path)
     with pytest.raises(RobotError, match="no link 'hand'.*Links: base, fore, mast"):
         Collision.of(robot, geometry, ignored=[("hand", "base")])
-
-
-def test_geometry_of_another_robot_is_refused(tmp_path):
-    _, geometry = arm.small_arm(tmp_path)
-    parts = [arm.link("base"), arm.link("arm"), arm.joint("only", "base", "arm", "0 0 1")]
-    other = read_model(arm.write(tmp_path, parts, "other.urdf")).robot
+    other = read_model(arm.write(tmp_path, turning(), "other.urdf")).robot
     with pytest.raises(RobotError, match="Read robot and geometry from one file"):
         Collision.of(other, geometry)
 
@@ -167,14 +145,7 @@ def test_geometry_of_another_robot_is_refused(tmp_path):
 @pytest.mark.parametrize("seed", range(6))
 def test_nothing_on_a_trajectory_is_nearer_than_proved(small, seed):
     robot, collision = small
-    trajectory = sine_motion(robot, seed)
-    found = collision.worst(trajectory)
-    time = np.linspace(0, 10, 3001)
-    seen = collision.margins(trajectory.at(time).position)
-    assert found.bound <= np.min(seen) + 1e-9
-    assert found.bound <= found.margin <= found.bound + max(RESOLUTION, 0.1 * found.margin) + 1e-9
-    again = collision.margins(trajectory.at(np.array([found.time])).position)[0]
-    assert again[collision.names.index(found.name)] == pytest.approx(found.margin, abs=1e-8)
+    found = bound_is_proved(collision, sine_motion(robot, seed))
     assert found.allowed == (found.bound >= -1e-3)
 
 
@@ -246,17 +217,20 @@ def test_it_can_be_sent_to_another_process(small):
     assert copy.names == collision.names
 
 
+def turning(base="", body=""):
+    """Parts of an arm of one joint, with bodies on its two links."""
+    return [arm.link("base", base), arm.link("arm", body), arm.joint("only", "base", "arm", "0 0 1")]
+
+
 def test_an_arm_without_geometry_has_none(tmp_path):
-    parts = [arm.link("base"), arm.link("arm"), arm.joint("only", "base", "arm", "0 0 1")]
-    assert read_geometry(arm.write(tmp_path, parts)) is None
+    assert read_geometry(arm.write(tmp_path, turning())) is None
     assert read_geometry("kr270") is None
     (tmp_path / "rows.toml").write_text('[[link]]\njoint = "a"\n')
     assert read_geometry(tmp_path / "rows.toml") is None
 
 
 def test_one_body_alone_keeps_clear_of_everything(tmp_path):
-    parts = [arm.link("base"), arm.link("arm", arm.body('sphere radius="0.1"'))]
-    path = arm.write(tmp_path, [*parts, arm.joint("only", "base", "arm", "0 0 1")])
+    path = arm.write(tmp_path, turning(body=arm.body('sphere radius="0.1"')))
     collision = Collision.of(read_model(path).robot, read_geometry(path))
     assert collision.names == []
     assert collision.gradient(np.zeros((4, 1)))[1].shape == (4, 0, 1)
@@ -284,13 +258,9 @@ def write_mesh(path):
 
 
 def with_mesh(folder, name, scale="1 1 1"):
-    parts = [
-        arm.link("base", arm.body('sphere radius="0.1"')),
-        arm.link("arm", arm.body(f'mesh filename="{name}" scale="{scale}"')),
-        arm.joint("only", "base", "arm", "0 0 1"),
-    ]
     folder.mkdir(parents=True, exist_ok=True)
-    return arm.write(folder, parts)
+    mesh = arm.body(f'mesh filename="{name}" scale="{scale}"')
+    return arm.write(folder, turning(arm.body('sphere radius="0.1"'), mesh))
 
 
 @pytest.mark.parametrize(
@@ -320,7 +290,7 @@ def test_a_mesh_is_found_and_taken_as_its_hull(tmp_path, monkeypatch, name, mesh
 def test_a_mesh_that_is_not_there_is_named_with_the_folders_searched(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # whose name may be so long that the message is shortened
     monkeypatch.setenv("ROS_PACKAGE_PATH", "ros1")
-    urdf = with_mesh(Path("urdf"), MISSING)
+    urdf = with_mesh(Path("urdf"), "package://my_arm/meshes/none.stl")
     with pytest.raises(RobotError, match="link 'arm': mesh 'package://my_arm/meshes/none.stl'") as caught:
         read_geometry(urdf, ["given"])
     assert "Searched: given, ros1, the folders around the URDF. State" in str(caught.value)
@@ -344,9 +314,8 @@ def test_a_file_that_is_no_mesh_is_named(tmp_path):
     ],
 )
 def test_a_wrong_shape_is_named(tmp_path, shape, message):
-    parts = [arm.link("base", arm.body(shape)), arm.link("arm"), arm.joint("only", "base", "arm", "0 0 1")]
     with pytest.raises(BrokenTree, match=f"link 'base'.*{message}"):
-        read_geometry(arm.write(tmp_path, parts))
+        read_geometry(arm.write(tmp_path, turning(arm.body(shape))))
 
 
 def test_a_flat_mesh_has_a_hull():
@@ -375,5 +344,4 @@ def test_ur10_watches_what_can_collide():
     gradient = collision.distances_and_gradient(position)[1]
     error = np.abs(gradient - differences(collision.distances, position))
     assert np.quantile(error, 0.99) < 1e-6
-    found, trajectory = collision.worst(sine_motion(robot, 1)), sine_motion(robot, 1)
-    assert found.bound <= np.min(collision.margins(trajectory.every(0.01).position))
+    bound_is_proved(collision, sine_motion(robot, 1))

@@ -8,12 +8,11 @@ import pytest
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.effects import JointSpring, SpringBalancer
 from exidyn.trajectories.discrimination.discriminate import FLOOR, Discriminate, Separate
-from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability, separation
+from exidyn.trajectories.discrimination.separation import Hypothesis, Observation, probability
 from exidyn.trajectories.errors import NotComparable
 from exidyn.trajectories.search.delivery import Setting
-from exidyn.trajectories.search.excite import excite
+from exidyn.trajectories.search.excite import excite, random_start
 from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.start import random_start
 
 from ...parts.plans.excitation import shifted
 from ...parts.plans.hypotheses import (
@@ -29,6 +28,7 @@ from ...parts.plans.hypotheses import (
     model,
     motion,
     refitted,
+    separation,
     spring,
     stacked,
     stribeck,
@@ -160,7 +160,6 @@ def test_fixed_hypotheses_have_nothing_to_move():
         (lambda: Discriminate((balancer(), spring()), Observation(np.zeros(2), 1.0)), "above 0"),
         (lambda: Discriminate((balancer(), spring()), Observation(np.ones(3), 1.0)), "per drive"),
         (lambda: Discriminate((balancer(), spring()), OBSERVATION, np.zeros((3, 3))), "earlier"),
-        (lambda: Hypothesis.of_priors("x", model(), {"Kr": 1.0}), "no parameter 'Kr'. Valid: XX1"),
         (lambda: Hypothesis("x", model(), np.zeros(3), np.eye(3)), "parameters of its model"),
         (lambda: replace(balancer(), values=np.full(len(balancer().values), np.nan)), "NaN"),
     ],

@@ -16,11 +16,11 @@ from exidyn.trajectories.discrimination.distinction import (
     SURE,
     distinguish,
     most_informative,
-    sentences,
+    paragraph,
     states_within,
 )
 from exidyn.trajectories.discrimination.remedies import known_payload, tilted
-from exidyn.trajectories.discrimination.separation import explain, probability, separation
+from exidyn.trajectories.discrimination.separation import explain, probability
 
 from ...parts.plans.hypotheses import (
     OBSERVATION,
@@ -30,6 +30,7 @@ from ...parts.plans.hypotheses import (
     grease,
     hypothesis,
     motion,
+    separation,
     stribeck,
 )
 from ...parts.small.two_joints import arm
@@ -59,10 +60,9 @@ def test_no_motion_distinguishes_a_balancer_from_a_weight_and_a_tilted_base_does
     assert not found.possible
     assert found.runs is None
     assert found.probability_hour < SURE
-    offers = {offer.name: offer.probability for offer in found.remedies}
-    assert offers["the base tilted by 15 degrees about y"] > SURE
-    assert offers["link-side encoders"] < SURE
-    (text,) = sentences([found])
+    assert found.remedies["the base tilted by 15 degrees about y"] > SURE
+    assert found.remedies["link-side encoders"] < SURE
+    text = paragraph(found)
     assert "No motion distinguishes them" in text
     assert "To distinguish them, repeat the run with the base tilted" in text
 
@@ -74,16 +74,17 @@ def test_link_side_encoders_distinguish_what_is_before_the_gear_from_what_is_beh
     goal = Discriminate((hose, as_told_by(hose, offset, motion())), OBSERVATION)
     (found,) = distinguish(goal, motion(), arm().limits, 5.0)
     assert not found.possible
-    assert found.remedies[0].name == "link-side encoders"
-    assert found.remedies[0].probability > SURE
-    assert all(offer.probability < 0.6 for offer in found.remedies[1:])
+    (name, chance), *others = found.remedies.items()
+    assert name == "link-side encoders"
+    assert chance > SURE
+    assert all(other < 0.6 for _, other in others)
 
 
 def test_what_a_run_distinguishes_needs_no_remedy():
     true = hypothesis("stribeck", StribeckFriction(("elbow",), reversal=0.05), values={"Fs2": 20.0})
     (found,) = distinguish(Discriminate((true, grease()), OBSERVATION), motion(), arm().limits, 5.0)
-    assert (found.possible, found.runs, found.remedies) == (True, 1, ())
-    assert "No motion" not in sentences([found])[0]
+    assert (found.possible, found.runs, found.remedies) == (True, 1, {})
+    assert "No motion" not in paragraph(found)
 
 
 def test_weak_pairs_are_given_how_many_runs():
@@ -99,7 +100,7 @@ def test_weak_pairs_are_given_how_many_runs():
     ]
     assert found.possible == (found.probability_hour >= SURE)
     assert probability(min(enough)) >= SURE
-    assert f"About {found.runs} such runs" in sentences([found])[0]
+    assert f"About {found.runs} such runs" in paragraph(found)
 
 
 def test_bounds_of_the_most_informative_states_hold_a_motion():

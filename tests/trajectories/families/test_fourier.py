@@ -7,8 +7,7 @@ import pytest
 
 from exidyn.trajectories.errors import BadLimits, OutsideTrajectory
 from exidyn.trajectories.families.fourier import Fourier
-
-KINDS = ("position", "velocity", "acceleration", "jerk")
+from exidyn.trajectories.trajectory import UNITS
 
 
 def series(harmonics=5, dof=3, seed=0, period=3.7, periods=1):
@@ -59,7 +58,7 @@ def test_each_is_the_derivative_of_the_one_before(one):
         )
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", UNITS)
 def test_extremes_are_those_of_a_fine_grid_and_are_reached(one, kind):
     found = getattr(one.extremes(), kind)
     grid = getattr(one.at(np.linspace(0.0, one.period, 40001)), kind)
@@ -81,7 +80,7 @@ def test_a_joint_that_stands_still_stays_at_its_centre():
     found = still.extremes()
     for side in (found.position.lower, found.position.upper):
         np.testing.assert_array_equal(side, [0.3, -0.4])
-    for kind in KINDS[1:]:
+    for kind in list(UNITS)[1:]:
         assert not np.any(getattr(found, kind))
     np.testing.assert_array_equal(still.at(np.linspace(0, 2, 5)).position, np.tile([0.3, -0.4], (5, 1)))
 
@@ -91,11 +90,11 @@ def test_shifted_begins_later_in_the_same_period(one, by):
     time = np.linspace(0.0, one.period, 50)
     long = replace(one, periods=5)
     states, later = one.shifted(by).at(time), long.at(time + by + one.period)
-    for kind in KINDS:
+    for kind in UNITS:
         np.testing.assert_allclose(getattr(states, kind), getattr(later, kind), atol=1e-7)
     assert one.shifted(by).periods == one.periods
     found, before = one.shifted(by).extremes(), one.extremes()
-    for kind in KINDS:
+    for kind in UNITS:
         np.testing.assert_allclose(getattr(found, kind)[:2], getattr(before, kind)[:2], rtol=1e-9, atol=1e-9)
 
 
@@ -103,7 +102,7 @@ def test_scaled_about_its_centre(one):
     time = np.linspace(0.0, one.period, 50)
     whole, part = one.at(time), one.scaled(0.3).at(time)
     np.testing.assert_allclose(part.position - one.centre, 0.3 * (whole.position - one.centre), atol=1e-12)
-    for kind in KINDS[1:]:
+    for kind in list(UNITS)[1:]:
         np.testing.assert_allclose(getattr(part, kind), 0.3 * getattr(whole, kind), atol=1e-9)
     assert part.position.shape == (50, one.dof)
     assert one.scaled(0.3).periods == one.periods

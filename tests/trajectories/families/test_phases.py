@@ -3,7 +3,7 @@ import pytest
 
 from exidyn.trajectories.errors import BadLimits, OutsideTrajectory
 from exidyn.trajectories.families.phases import Phases
-from exidyn.trajectories.trajectory import State
+from exidyn.trajectories.trajectory import UNITS, State
 
 
 def random_phases(seed, pieces=6, joints=3):
@@ -40,7 +40,7 @@ def test_it_is_the_jerk_integrated():
 def test_extremes_are_reached_and_never_passed(seed):
     motion = random_phases(seed)
     fine = motion.at(np.unique(np.concatenate([np.linspace(0, motion.end, 20_001), motion.start])))
-    for name, found in zip(("position", "velocity", "acceleration", "jerk"), motion.extremes(), strict=True):
+    for name, found in zip(UNITS, motion.extremes(), strict=True):
         sampled = getattr(fine, name)
         assert np.all(found.lower <= sampled.min(axis=0) + 1e-12)
         assert np.all(found.upper >= sampled.max(axis=0) - 1e-12)

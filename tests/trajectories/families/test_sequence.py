@@ -10,7 +10,7 @@ from exidyn.trajectories.families.sequence import Sequence, Slowed
 from exidyn.trajectories.limits.brake import stoppable
 from exidyn.trajectories.limits.leads import lead_in, with_leads
 from exidyn.trajectories.limits.moves import move
-from exidyn.trajectories.trajectory import State
+from exidyn.trajectories.trajectory import UNITS, State
 
 from ...parts.small.two_joints import arm
 
@@ -23,12 +23,8 @@ def series(seed=0, size=0.15, centre=0.0, period=5.0):
     return Fourier(period, np.full(2, centre), sine, cosine)
 
 
-def first(trajectory):
-    return trajectory.at(np.zeros(1)).state(0)
-
-
 def there_and_back():
-    start, middle = State.at_rest(np.array([0.0, 0.3])), first(series())
+    start, middle = State.at_rest(np.array([0.0, 0.3])), series().state_at(0.0)
     there = move(start, middle, LIMITS, TICK)
     return there, move(middle, start, LIMITS, TICK)
 
@@ -49,7 +45,7 @@ def test_parts_follow_one_another():
 def test_extremes_are_those_of_all_parts_at_their_times():
     there, back = there_and_back()
     both = Sequence((there, back))
-    for name, found in zip(("position", "velocity", "acceleration", "jerk"), both.extremes(), strict=True):
+    for name, found in zip(UNITS, both.extremes(), strict=True):
         parts = [getattr(part.extremes(), name) for part in both.parts]
         np.testing.assert_array_equal(found.lower, np.min([part.lower for part in parts], axis=0))
         np.testing.assert_array_equal(found.upper, np.max([part.upper for part in parts], axis=0))
@@ -101,7 +97,7 @@ def test_leads_begin_and_end_at_rest_and_keep_every_limit(seed, start):
 def test_a_lead_that_overshoots_a_limit_names_it():
     """It begins fast and just inside a limit, so that getting up to speed needs room beyond it."""
     core = series(seed=1)
-    begin = first(core)
+    begin = core.state_at(0.0)
     fast = int(np.argmax(np.abs(begin.velocity)))
     forward = begin.velocity[fast] > 0
     side = "position_lower" if forward else "position_upper"
@@ -135,7 +131,7 @@ def test_lead_in_from_a_measured_state_joins_the_trajectory():
     way = lead_in(measured, core, LIMITS, TICK)
     np.testing.assert_array_equal(way.state_at(0.0), measured)
     run = Sequence((way, core))
-    np.testing.assert_allclose(way.end_state, first(core), atol=1e-8)
+    np.testing.assert_allclose(way.end_state, core.state_at(0.0), atol=1e-8)
     assert run.duration == pytest.approx(way.duration + 5.0)
 
 

@@ -62,11 +62,7 @@ def test_a_stop_worked_out_by_hand():
     # With at most 1 rad/s^2: 0.1 s to it, 0.9 s at it, 0.1 s from it: half of 1 rad/s over 1.1 s.
     reach = stopping_reach(one[None], 0 * one[None], replace(limits, acceleration_lower=-one))
     np.testing.assert_allclose(reach, [[[0.0]], [[0.55]]], atol=1e-15)
-
-
-def test_at_rest_it_goes_nowhere_with_no_slope():
-    _, _, limits = random_case(0)
-    still = np.zeros((3, 6))
+    still, (_, _, limits) = np.zeros((3, 6)), random_case(0)  # from rest it goes nowhere, with no slope
     assert not np.any(stopping_reach(still, still, limits))
     assert not np.any(stopping_reach_gradient(still, still, limits))
 

@@ -19,7 +19,7 @@ def changed(**limits):
     return replace(robot, limits=replace(robot.limits, **{k: np.array(v, float) for k, v in limits.items()}))
 
 
-def test_margins_come_off_every_limit():
+def test_margins_come_off_every_limit_and_without_them_it_stays():
     margins = Margins(position=0.1, velocity=0.1, acceleration=0.2, jerk=0.3, torque=0.4)
     robot = changed(velocity_lower=[-1, -2], acceleration_lower=[-4, -5])
     found = usable(robot, margins)
@@ -33,12 +33,9 @@ def test_margins_come_off_every_limit():
     np.testing.assert_allclose(limits.acceleration_lower, [-3.2, -4.0])
     np.testing.assert_allclose(limits.jerk, 140.0)
     np.testing.assert_allclose(limits.torque, 120.0)
-
-
-def test_no_margins_leave_the_limits_as_they_are():
-    limits = usable(arm(), NONE).limits
+    unchanged = usable(arm(), NONE).limits
     for name, value in vars(arm().limits).items():
-        np.testing.assert_array_equal(getattr(limits, name), value)
+        np.testing.assert_array_equal(getattr(unchanged, name), value)
 
 
 def test_what_is_not_given_is_assumed_and_reported():
@@ -111,33 +108,24 @@ def test_a_sliding_joint_has_a_margin_and_metres_and_is_never_endless():
         usable(replace(rails, limits=replace(Limits.none(6), velocity=one, velocity_lower=-one)))
 
 
-def test_a_start_must_be_inside():
-    with pytest.raises(Infeasible, match=r"elbow: start 2\.47 is outside -2\.45 to 2\.45 rad.*margin"):
-        usable(arm(), start=np.array([0.0, 2.47]))
-    with pytest.raises(Infeasible, match="shoulder: start nan"):
-        usable(arm(), start=np.array([np.nan, 0.0]))
-    with pytest.raises(BadLimits, match="start pose of shape"):
-        usable(arm(), start=np.zeros(3))
-
-
 @pytest.mark.parametrize(
-    ("window", "message"),
+    ("start", "window", "error", "message"),
     [
-        ([0.1, np.nan], "elbow: correction window nan"),
-        ([0.1, -0.2], r"elbow: correction window 0\.2 to -0\.2"),
-        ([[-1, 1], [0.1, 0.2]], r"elbow: correction window 0\.1 to 0\.2"),
-        ([0.1, 0.1, 0.1], "window of shape"),
+        ([0.0, 2.47], None, Infeasible, r"elbow: start 2\.47 is outside -2\.45 to 2\.45 rad.*margin"),
+        ([np.nan, 0.0], None, Infeasible, "shoulder: start nan"),
+        ([0.0] * 3, None, BadLimits, "start pose of shape"),
+        ([0.0, 0.0], [0.1, np.nan], BadLimits, "elbow: correction window nan"),
+        ([0.0, 0.0], [0.1, -0.2], BadLimits, r"elbow: correction window 0\.2 to -0\.2"),
+        ([0.0, 0.0], [[-1, 1], [0.1, 0.2]], BadLimits, r"elbow: correction window 0\.1 to 0\.2"),
+        ([0.0, 0.0], [0.1, 0.1, 0.1], BadLimits, "window of shape"),
+        (None, [0.1, 0.1], BadLimits, "start pose"),
+        ([0.0, 2.45], [[-1, 1], [0.0, 1.0]], Infeasible, "elbow: .*correction window leaves nothing of the"),
     ],
 )
-def test_a_window_must_hold_the_start(window, message):
-    with pytest.raises(BadLimits, match=message):
-        usable(arm(), window=np.array(window), start=np.zeros(2))
-    with pytest.raises(BadLimits, match="start pose"):
-        usable(arm(), window=np.array([0.1, 0.1]))
-    with pytest.raises(
-        Infeasible, match="elbow: .*the correction window leaves nothing of the position limits"
-    ):
-        usable(arm(), window=np.array([[-1, 1], [0.0, 1.0]]), start=np.array([0.0, 2.45]))
+def test_a_start_must_be_inside_and_a_window_hold_it(start, window, error, message):
+    arrays = [None if value is None else np.array(value) for value in (window, start)]
+    with pytest.raises(error, match=message):
+        usable(arm(), None, *arrays)
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,15 @@ from exidyn.identification.errors import DifferentRobot
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits, Infeasible, NothingToIdentify, UnknownChoice
-from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import usable
 from exidyn.trajectories.planning.goals import NOISE, identification_goal, learned, nominal_noise
 from exidyn.trajectories.planning.planner import GUESSED, UNSAFE, plan
 from exidyn.trajectories.planning.wishes import Wishes, periods_of
-from exidyn.trajectories.search.criteria import Focus, condition, worst
+from exidyn.trajectories.search.goals import Focus, condition, worst
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
-from ...parts.plans.excitation import TICK, limits, smooth_model
+from ...parts.plans.excitation import TICK, core, limits, smooth_model, weak
 from ...parts.small import two_joints
 from ...parts.small.small_fit import fit, plain_fit
 
@@ -34,14 +33,11 @@ def planned(wishes=WISHES, model=None, **options):
     return plan(model or two_joints.model(), wishes, starts=1, seconds=1e6, **options)
 
 
-def core(one):
-    return next(part for part in one.trajectory.parts if isinstance(part, Fourier))
-
-
 def inside(one, model, payloads=("",), kept=None):
     kept = kept or limits()
+    bound = TorqueBound(model, kept.torque, payloads)
     for payload in payloads:
-        assert not check(one.trajectory, kept, TICK, TorqueBound(model, kept.torque).of(payload))
+        assert not check(one.trajectory, kept, TICK, bound.of(payload))
 
 
 def test_a_plan_is_a_whole_run_inside_all_limits_and_as_good_as_it_states():
@@ -54,37 +50,34 @@ def test_a_plan_is_a_whole_run_inside_all_limits_and_as_good_as_it_states():
     (text,) = usual.assumed
     assert text.startswith("Fv1, Fv2, Fc1, Fc2, Off1, Off2 have no prior")
     inside(usual, of)
-    assert (core(usual).period, core(usual).periods) == (4.0, 2)
+    assert (core(usual.trajectory).period, core(usual.trajectory).periods) == (4.0, 2)
     states = usual.trajectory.every(TICK)
     assert not np.any(states.velocity[[0, -1]])
     assert not np.any(states.velocity[: int(0.5 / TICK)])
     assert usual.trajectory.duration / TICK == pytest.approx(round(usual.trajectory.duration / TICK))
     goal = identification_goal(of, WISHES, limits())  # its condition number by numpy
-    motion = core(usual).at(np.arange(0.0, 4.0, 0.002)).motion()
+    motion = core(usual.trajectory).at(np.arange(0.0, 4.0, 0.002)).motion()
     rows = of.regressor(motion)[:, :, goal.experiment.base.kept] / goal.experiment.noise[:, None]
     rows = rows.reshape(-1, rows.shape[2])
     assert np.linalg.cond(rows / np.linalg.norm(rows, axis=0)) == pytest.approx(usual.reached, rel=0.02)
 
 
-def weak():
-    """The arm with drives of little torque."""
-    robot = two_joints.arm()
-    limits = replace(robot.limits, torque=np.array([110.0, 60.0]))
-    return replace(two_joints.model(), robot=replace(robot, limits=limits))
-
-
 @pytest.mark.parametrize("bodies", [(BODY,), (BODY, known_parameters(4.0, (0.15, 0.0, 0.0)))])
 def test_a_motion_keeps_to_the_torque_limits_unloaded_and_with_each_body(bodies):
-    kept = usable(weak().robot).limits
+    model = weak((110.0, 60.0))
+    kept = usable(model.robot).limits
     wishes = replace(WISHES, bodies=bodies, criterion="volume")
-    goal = identification_goal(weak(), wishes, kept)
+    goal = identification_goal(model, wishes, kept)
     assert goal.payloads == (("", "L") if len(bodies) == 1 else ("", "L1", "L2"))
     assert [name for name in goal.experiment.base.names if name.startswith("gain")] == ["gain1", "gain2"]
-    (one,) = planned(wishes, weak())
+    (one,) = planned(wishes, model)
     assert one.payload_pair
     assert "center" not in one.details
     inside(one, goal.model, goal.payloads, kept)
-    motion, alone = core(one).every(0.01).motion(), replace(goal.experiment, payloads=goal.payloads[-1:])
+    motion, alone = (
+        core(one.trajectory).every(0.01).motion(),
+        replace(goal.experiment, payloads=goal.payloads[-1:]),
+    )
     assert np.all(np.diag(goal.experiment.information(motion)) >= np.diag(alone.information(motion)))
 
 
@@ -116,7 +109,7 @@ def test_a_pair_is_planned_for_its_gains_unless_something_else_is_asked():
     assert identification_goal(two_joints.model(), stated, limits()).criterion is condition
     (one,) = planned(pair)
     assert one.criterion == "focus on gain"
-    motion = core(one).at(np.arange(0.0, 2.0, 1e-3)).motion()
+    motion = core(one.trajectory).at(np.arange(0.0, 2.0, 1e-3)).motion()
     expected = goal.condition_number(motion, limits())
     assert one.details["condition"] == pytest.approx(expected, rel=0.01)
 
@@ -131,6 +124,7 @@ def test_after_a_fit_what_is_known_counts():
     assert goal.criterion is worst
     stated = replace(WISHES, fit=fit(), criterion="condition")
     assert identification_goal(of, stated, limits()).criterion is condition
+    assert identification_goal(of, WISHES, limits()).criterion is condition
     covariance = np.linalg.inv(goal.experiment.known)
     np.testing.assert_allclose(
         np.sqrt(np.diag(covariance))[: len(visible)], fit().estimate.std[: len(visible)], rtol=1e-4
@@ -147,7 +141,7 @@ def test_after_a_fit_what_is_known_counts():
     assert one.criterion == "worst"
     inside(one, goal.model)
     objective = goal.objectives(limits(), 0.01)[-1]
-    still = core(one).scaled(1e-6).at(np.arange(0.0, 4.0, 0.01)).motion()
+    still = core(one.trajectory).scaled(1e-6).at(np.arange(0.0, 4.0, 0.01)).motion()
     assert one.reached < 0.9 * np.exp(objective.value(still))
 
 
@@ -155,7 +149,7 @@ def test_what_an_unloaded_run_cannot_show_has_the_largest_deviation_in_the_fit()
     """Gains and parameters all larger by a share make the same currents without a known body."""
     of = replace(two_joints.model(), effects=fit().model.effects)
     goal = identification_goal(of, replace(WISHES, fit=fit()), limits())
-    motion = core(planned(WISHES)[0]).at(np.arange(0.0, 4.0, 0.02)).motion()
+    motion = core(planned(WISHES)[0].trajectory).at(np.arange(0.0, 4.0, 0.02)).motion()
     (columns,) = goal.experiment.columns(motion)
     count = columns.shape[2] - 2
     larger = np.concatenate([fit().estimate.values[:count], -np.ones(2)])
@@ -173,25 +167,6 @@ def test_a_fit_is_nominal_as_it_was_found():
     assert prior["Fc1"].std == pytest.approx(fit().estimate.std[fit().names.index("Fc1")])
 
 
-@pytest.mark.parametrize(
-    ("model", "wishes", "error", "message"),
-    [
-        ("kr270", {"fit": fit()}, DifferentRobot, r"the fit is of two joints \(joints shoulder, elbow\)"),
-        (
-            "",
-            {"fit": plain_fit(), "bodies": (BODY,)},
-            NothingToIdentify,
-            "the fit has no information on a payload",
-        ),
-        ("", {"fit": fit(), "shapes": ("coulomb_friction",)}, NothingToIdentify, "no information on shapes"),
-    ],
-)
-def test_a_fit_that_does_not_tell_what_is_needed_is_refused(model, wishes, error, message):
-    of = read_model(model) if model else two_joints.model()
-    with pytest.raises(error, match=message):
-        identification_goal(of, replace(WISHES, **wishes), limits())
-
-
 def test_a_window_around_the_start_pose_is_kept():
     start = np.array([0.5, -0.4])
     wishes = replace(WISHES, criterion="volume", start=start, window=np.array([0.4, 0.6]))
@@ -207,7 +182,7 @@ def test_a_window_around_the_start_pose_is_kept():
 def test_trajectories_planned_together_are_as_many_plans():
     both = planned(replace(WISHES, series=2, harmonics=1, criterion="volume"))
     assert len(both) == 2
-    assert not np.allclose(core(both[0]).sine, core(both[1]).sine)
+    assert not np.allclose(core(both[0].trajectory).sine, core(both[1].trajectory).sine)
     for one in both:
         inside(one, two_joints.model())
 
@@ -235,12 +210,7 @@ def test_a_run_takes_the_time_that_was_asked_for(seconds, period, periods):
     wishes = replace(WISHES, seconds=seconds, period=period)
     (one,) = plan(two_joints.model(), wishes, starts=1, seconds=1e-3)
     assert one.trajectory.duration == pytest.approx(seconds, abs=1e-9)
-    assert core(one).periods == periods
-
-
-def test_a_run_that_is_too_short_is_refused_with_the_shortest_possible():
-    with pytest.raises(BadLimits, match="length: 6 s; the shortest possible is 6.2 s: one period of 4 s"):
-        plan(two_joints.model(), replace(WISHES, seconds=6.0), starts=1, seconds=1e-3)
+    assert core(one.trajectory).periods == periods
 
 
 def test_noise_is_a_share_of_the_torque():
@@ -258,28 +228,37 @@ def test_noise_is_a_share_of_the_torque():
     np.testing.assert_array_equal(nominal_noise(unknown, limits()), [1.0, 1.0])
 
 
-def test_a_criterion_that_there_is_not_lists_those_there_are():
-    with pytest.raises(UnknownChoice, match="no criterion called 'best'. Valid: average, condition, volume"):
-        planned(replace(WISHES, criterion="best"))
-    assert identification_goal(two_joints.model(), WISHES, limits()).criterion is condition
-
-
-def test_a_model_without_effects_has_nothing_to_identify():
-    with pytest.raises(NothingToIdentify, match="two joints: the model has no effects"):
-        planned(model=Model(two_joints.arm(), ()))
-    with pytest.raises(NothingToIdentify, match="two joints: no parameter of the model makes any torque"):
-        planned(model=Model(two_joints.arm(), (Payload("L"),)))
-
-
-@pytest.mark.parametrize(("kind", "value"), [("jerk", 0.0), ("torque", np.nan)])
-def test_a_limit_that_is_none_or_a_start_outside_names_the_joint(kind, value):
-    robot = two_joints.arm()
+def limited(kind, value):
+    """The arm with another limit of its elbow."""
+    of, robot = two_joints.model(), two_joints.arm()
     wrong = np.where([False, True], value, getattr(robot.limits, kind))
-    of = replace(two_joints.model(), robot=replace(robot, limits=replace(robot.limits, **{kind: wrong})))
-    with pytest.raises(BadLimits, match=f"elbow: .*{kind} limit {value:g}"):
-        planned(model=of)
-    with pytest.raises(Infeasible, match="elbow: start 3 is outside"):
-        planned(replace(WISHES, start=np.array([0.0, 3.0])))
+    return replace(of, robot=replace(robot, limits=replace(robot.limits, **{kind: wrong})))
+
+
+@pytest.mark.parametrize(
+    ("model", "wishes", "error", "message"),
+    [
+        ("kr270", {"fit": fit()}, DifferentRobot, r"the fit is of two joints \(joints shoulder, elbow\)"),
+        (None, {"fit": plain_fit(), "bodies": (BODY,)}, NothingToIdentify, "no information on a payload"),
+        (
+            None,
+            {"fit": fit(), "shapes": ("coulomb_friction",)},
+            NothingToIdentify,
+            "no information on shapes",
+        ),
+        (None, {"seconds": 6.0}, BadLimits, "length: 6 s; the shortest possible is 6.2 s: one period of 4 s"),
+        (None, {"criterion": "best"}, UnknownChoice, "called 'best'. Valid: average, condition, volume"),
+        (None, {"start": np.array([0.0, 3.0])}, Infeasible, "elbow: start 3 is outside"),
+        (limited("jerk", 0.0), {}, BadLimits, "elbow: .*jerk limit 0"),
+        (limited("torque", np.nan), {}, BadLimits, "elbow: .*torque limit nan"),
+        (Model(two_joints.arm(), ()), {}, NothingToIdentify, "two joints: the model has no effects"),
+        (Model(two_joints.arm(), (Payload("L"),)), {}, NothingToIdentify, "no parameter .* makes any torque"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused_in_one_sentence(model, wishes, error, message):
+    of = read_model(model) if isinstance(model, str) else model
+    with pytest.raises(error, match=message):
+        planned(replace(WISHES, **wishes), of)
 
 
 @pytest.mark.parametrize(
@@ -291,6 +270,8 @@ def test_a_limit_that_is_none_or_a_start_outside_names_the_joint(kind, value):
         ({"rest": -1.0}, "rest: -1 s"),
         ({"harmonics": 0}, "harmonics: 0"),
         ({"series": 0}, "trajectories: 0"),
+        ({"sure": -0.1}, "sure: -0.1; it is a share of arms"),
+        ({"sure": 1.0}, "sure: 1; it is a share of arms"),
     ],
 )
 def test_wishes_that_make_no_sense_are_refused(wrong, words):

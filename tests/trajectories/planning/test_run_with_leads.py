@@ -13,10 +13,10 @@ from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.planning.planner import whole_run
 from exidyn.trajectories.planning.wishes import Wishes
-from exidyn.trajectories.search.shrink import inside_kinematics
+from exidyn.trajectories.search.delivery import inside_kinematics
 from exidyn.trajectories.search.torque_bound import TorqueBound
 
-from ...parts.plans.excitation import TICK, limits
+from ...parts.plans.excitation import TICK, core, limits
 from ...parts.small import two_joints
 
 pytestmark = pytest.mark.slow
@@ -29,10 +29,6 @@ def series(share=0.8, seed=0):
     random = np.random.default_rng(seed)
     motion = Fourier(4.0, np.array([0.2, -0.3]), *random.normal(size=(2, 2, 3)) / [1, 2, 3])
     return inside_kinematics(motion, limits(), share)
-
-
-def core(run):
-    return next(part for part in run.parts if isinstance(part, Fourier))
 
 
 def moving(run):

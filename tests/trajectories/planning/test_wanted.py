@@ -9,6 +9,7 @@ NAMES = "MX1R YY1R Fv1 Fc1 Off1 MX2R Fv2 Fc2 Ia2 Kr K0 gain1 gain2 MXL XXL".spli
 JOINTS = ("shoulder", "elbow")
 
 WANTED = {
+    ("Kr", "Fv", "gain 1"): ["Kr", "Fv", "gain1"],
     "kr, k0": ["Kr", "K0"],
     "K_r, gain of joint 2": ["Kr", "gain2"],
     "gain of elbow": ["gain2"],
@@ -23,11 +24,8 @@ WANTED = {
 
 @pytest.mark.parametrize("words", WANTED)
 def test_words_stand_for_parameters(words):
-    assert wanted_names([words], NAMES, JOINTS, ("", "L")) == WANTED[words]
-
-
-def test_several_arguments_are_several_wishes():
-    assert wanted_names(["Kr", "Fv", "gain 1"], NAMES, JOINTS, ("",)) == ["Kr", "Fv", "gain1"]
+    phrases = [words] if isinstance(words, str) else words
+    assert wanted_names(phrases, NAMES, JOINTS, ("", "L")) == WANTED[words]
 
 
 @pytest.mark.parametrize(

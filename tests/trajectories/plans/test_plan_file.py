@@ -10,7 +10,7 @@ from exidyn.identification.arm.robot import Limits
 from exidyn.trajectories.errors import NotATrajectory
 from exidyn.trajectories.families import FAMILIES
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.plans import trajectory_rows
+from exidyn.trajectories.plans import plan_file
 from exidyn.trajectories.plans.plan import Plan, fits, model_differences, robot_differences
 from exidyn.trajectories.plans.plan_file import parse_plan, plan_text, read_plan, write_plan
 from exidyn.trajectories.trajectory import Trajectory
@@ -58,7 +58,7 @@ class Made(Fourier):
 
 @pytest.fixture
 def made(monkeypatch):
-    monkeypatch.setitem(trajectory_rows.FAMILIES, "made", Made)
+    monkeypatch.setitem(plan_file.FAMILIES, "made", Made)
     base = {f.name: getattr(fourier(), f.name) for f in fields(Fourier)}
     inside = Made(**base, parts=(phases(3),))
     return Made(

@@ -11,16 +11,15 @@ from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.families.fourier import Fourier
 from exidyn.trajectories.limits.brake import stoppable
 from exidyn.trajectories.search import torque_bound
-from exidyn.trajectories.search.bounds import SCALE, ClearanceBound, RateBound, StopBound, kinematic_bounds
+from exidyn.trajectories.search.problem import SCALE, ClearanceBound, RateBound, StopBound, kinematic_bounds
 from exidyn.trajectories.search.torque_bound import TorqueBound
 from exidyn.trajectories.search.torque_spread import spread_of
-from exidyn.trajectories.trajectory import States
+from exidyn.trajectories.trajectory import UNITS, States
 
 from ...parts.plans.excitation import smooth_model
 from ...parts.small import two_joints
 
 STEP = 1e-6
-ORDERS = ("position", "velocity", "acceleration", "jerk")
 LIMITS = Limits(
     *np.array([[-1.0, -0.5], [1.5, 2.0], [2.0, 1.0], [6.0, 4.0], [50.0, 30.0], [60.0, np.inf]]),
     np.array([-1.0, -1.5]),
@@ -70,7 +69,7 @@ def test_slopes_are_those_of_differences(bound, monkeypatch):
     monkeypatch.setattr(torque_bound, "NEAR", np.inf)
     at = states()
     found = bound.margins(at)
-    for order, by in zip(ORDERS, found.slopes(), strict=True):
+    for order, by in zip(UNITS, found.slopes(), strict=True):
         for joint in range(2):
             shift = np.zeros(2)
             shift[joint] = STEP

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from exidyn.trajectories.search.criteria import Focus, average, condition, volume, worst
+from exidyn.trajectories.search.goals import Focus, average, condition, volume, worst
 
 from ...parts.plans.excitation import along
 

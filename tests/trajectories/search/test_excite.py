@@ -13,18 +13,19 @@ from exidyn.trajectories.errors import BadLimits, Infeasible
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.usable_limits import ranges, usable
 from exidyn.trajectories.search import delivery
-from exidyn.trajectories.search.criteria import volume
 from exidyn.trajectories.search.delivery import FINE, Delivery
-from exidyn.trajectories.search.excite import excite, starts_of
-from exidyn.trajectories.search.problem import Basis
-from exidyn.trajectories.search.solve import IterationClock
-from exidyn.trajectories.search.start import (
+from exidyn.trajectories.search.excite import (
     best_of_tries,
+    excite,
     largest_coefficients,
     one_start,
     problem_of,
     random_start,
+    starts_of,
 )
+from exidyn.trajectories.search.goals import volume
+from exidyn.trajectories.search.problem import Basis
+from exidyn.trajectories.search.solve import Budget, IterationBudget
 
 from ...parts.plans import excitation
 from ...parts.plans.excitation import TICK, goal, kinematic_share, limits, setting, smooth_model
@@ -51,7 +52,7 @@ def here(monkeypatch):
 
     def run_here(work, tasks, seconds, note, receive):
         for task in tasks:
-            note(work(*task, seconds, never))
+            note(work(*task, seconds, never, lambda value: None))
 
     monkeypatch.setattr("exidyn.trajectories.search.excite.run_all", run_here)
 
@@ -61,7 +62,7 @@ def region():
 
 
 def delivered(of, within, basis, coefficients):
-    delivery = Delivery(of, within, basis, lambda _: None)
+    delivery = Delivery(of, within, basis, Budget(), lambda _: None)
     delivery.offer(coefficients)
     return delivery.best(0)
 
@@ -73,7 +74,7 @@ def nothing_violated(one, of, kept, clearances=()):
 
 def test_it_is_better_than_its_start_and_inside_and_reports_its_way():
     of, within, reported = goal(), setting(), []
-    found = one_start(of, within, 3, NEVER, never, reported.append)
+    found = one_start(of, within, 3, Budget(), reported.append)
     problem = problem_of(of, within, 4.0)
     begun = delivered(of, within, problem.basis, random_start(of, within, problem.basis, 3))
     assert found.value < begun.value - 0.3
@@ -114,19 +115,19 @@ def test_each_coefficient_alone_at_its_largest_just_keeps_to_the_limits():
 def test_several_series_are_planned_together_and_complement_each_other():
     """Two of four seconds are no less informative than one."""
     within = setting(series=2, harmonics=1)
-    both = one_start(QUICK, within, 0, NEVER, never)
+    both = one_start(QUICK, within, 0, Budget())
     assert len(both.series) == 2
     nothing_violated(both, QUICK, limits())
     assert not np.allclose(both.series[0].sine, both.series[1].sine, atol=0.01)
-    alone = one_start(QUICK, setting(harmonics=1), 0, NEVER, never)
+    alone = one_start(QUICK, setting(harmonics=1), 0, Budget())
     assert both.value < alone.value
 
 
 def test_clearances_hold_between_samples():
     within = setting(clearances=(region(),), limits=replace(limits(), torque=np.full(2, np.inf)))
-    one = one_start(QUICK, within, 0, NEVER, never)
+    one = one_start(QUICK, within, 0, Budget())
     nothing_violated(one, QUICK, within.limits, within.clearances)
-    free = one_start(QUICK, setting(), 0, NEVER, never)
+    free = one_start(QUICK, setting(), 0, Budget())
     assert not region().worst(free.series[0]).allowed
 
 
@@ -134,7 +135,7 @@ def test_clearances_hold_between_samples():
 def test_the_best_of_several_starts_is_returned_and_all_are_reported():
     text = []
     best = excite(QUICK, setting(), starts=2, seed=3, seconds=NEVER, progress=text.append)
-    singles = [one_start(QUICK, setting(), seed, NEVER, never) for seed in (3, 4)]
+    singles = [one_start(QUICK, setting(), seed, Budget()) for seed in (3, 4)]
     assert best.value == min(one.value for one in singles)
     assert best.seed == min(singles, key=lambda one: one.value).seed
     assert [line.split(":")[0] for line in text] == [f"start {k} of 2" for k in (1, 2)]
@@ -151,7 +152,7 @@ def test_a_search_of_iterations_is_the_same_on_a_slow_computer(monkeypatch, core
     slow = excite(goal(), setting(), **search)
     assert slow.value == expected.value
     np.testing.assert_array_equal(slow.series[0].sine, expected.series[0].sine)
-    assert max(used for used, _ in expected.history) <= 40 + 2 * IterationClock.offer
+    assert max(used for used, _ in expected.history) <= 40 + 2 * IterationBudget.offer
 
 
 def test_a_search_that_no_start_fits_gives_the_reason():
@@ -187,7 +188,7 @@ def test_arms_of_one_joint_and_of_slides(joints):
     robot = Robot("other", kinematics(joints), limits=bounds)
     kept = usable(robot).limits
     of = goal(replace(smooth_model(), robot=robot), criterion=volume)
-    one = one_start(of, setting(limits=kept), 0, NEVER, never)
+    one = one_start(of, setting(limits=kept), 0, Budget())
     nothing_violated(one, of, kept)
 
 
@@ -206,8 +207,8 @@ def test_a_start_goes_on_from_the_best_of_its_tries(monkeypatch):
     problem = problem_of(goal(), setting(), 4.0)
 
     def reached(tries):
-        monkeypatch.setattr("exidyn.trajectories.search.start.TRIES", tries)
-        best, _ = best_of_tries(goal(), setting(), problem, 5, NEVER, never)
+        monkeypatch.setattr("exidyn.trajectories.search.excite.TRIES", tries)
+        best, _ = best_of_tries(goal(), setting(), problem, 5, Budget())
         return problem.value(problem.unknowns(best), problem.objectives[0])[0]
 
     alone = random_start(goal(), setting(), problem.basis, 5)
@@ -215,7 +216,7 @@ def test_a_start_goes_on_from_the_best_of_its_tries(monkeypatch):
     assert values[0] < problem.value(problem.unknowns(alone), problem.objectives[0])[0]
     assert values[2] < values[0]
     assert values == sorted(values, reverse=True)
-    found, curvature = best_of_tries(goal(), setting(), problem, 5, 0.0, never)  # no time for a try
+    found, curvature = best_of_tries(goal(), setting(), problem, 5, Budget(0.0))  # no time for a try
     assert curvature is None
     np.testing.assert_array_equal(found, alone)
 
@@ -231,14 +232,14 @@ def test_a_stop_from_another_thread_ends_a_search_of_hours(monkeypatch):
             asked.set()
         return asked.is_set()
 
-    one = one_start(goal(), setting(), 0, NEVER, stop)
+    one = one_start(goal(), setting(), 0, Budget(stop=stop))
     assert len(begun) <= 10  # asked once more between the parts of a search
     nothing_violated(one, goal(), limits())
 
 
 def test_starts_take_the_periods_in_turn():
     within = setting(periods=(4.0, 3.0))
-    assert [one_start(QUICK, within, seed, 0.0, never).series[0].period for seed in (0, 1, 2)] == [
+    assert [one_start(QUICK, within, seed, Budget(0.0)).series[0].period for seed in (0, 1, 2)] == [
         4.0,
         3.0,
         4.0,

@@ -10,8 +10,7 @@ from exidyn.identification.effects import known_parameters as known
 from exidyn.identification.model import Model
 from exidyn.trajectories.errors import NothingToIdentify
 from exidyn.trajectories.random_motion import random_fourier
-from exidyn.trajectories.search.experiment import Experiment
-from exidyn.trajectories.search.unknowns import with_drive_gains
+from exidyn.trajectories.search.experiment import Experiment, with_drive_gains
 
 from ...parts.plans.excitation import limits, shifted, smooth_model
 from ...parts.runs.robots import random_motion, six_axis

@@ -17,16 +17,15 @@ from exidyn.identification.effects import (
 )
 from exidyn.identification.model import Model
 from exidyn.trajectories.errors import UnknownChoice
-from exidyn.trajectories.search.criteria import CRITERIA, condition, volume
-from exidyn.trajectories.search.experiment import Experiment
-from exidyn.trajectories.search.goals import Identify
-from exidyn.trajectories.search.unknowns import (
+from exidyn.trajectories.search.experiment import (
     WIDEST,
     DriveGains,
+    Experiment,
     design_model,
     with_drive_gains,
     with_shapes,
 )
+from exidyn.trajectories.search.goals import CRITERIA, Identify, condition, volume
 
 from ...parts.plans.excitation import goal, limits, smooth_model
 from ...parts.runs.robots import random_motion

@@ -5,13 +5,17 @@ import os
 import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
+from ctypes import c_double
 from pathlib import Path
+from queue import SimpleQueue
+from threading import Event
+from types import SimpleNamespace
 
 import pytest
 
 from exidyn.trajectories.errors import TrajectoryError
 from exidyn.trajectories.search import parallel
-from exidyn.trajectories.search.parallel import run_all
+from exidyn.trajectories.search.parallel import SHARED, Shared, run_all
 
 from ...parts.plans import parallel_work as work
 from ...parts.plans.parallel_work import LONG, square, until_asked
@@ -71,7 +75,7 @@ def test_an_interrupt_of_all_processes_asks_them_to_end(two, monkeypatch, after)
                 time.sleep(0.01)
             for child in multiprocessing.active_children():
                 os.kill(child.pid, signal.SIGINT)
-            raise KeyboardInterrupt
+            os.kill(os.getpid(), signal.SIGINT)
         return wait(left, **named)
 
     monkeypatch.setattr(parallel, "wait", interrupted)
@@ -80,21 +84,17 @@ def test_an_interrupt_of_all_processes_asks_them_to_end(two, monkeypatch, after)
     assert not multiprocessing.active_children()
 
 
-def test_an_interrupt_while_a_result_is_noted_loses_no_other():
-    """It falls between two results that came together."""
+def test_an_interrupt_while_a_result_is_noted_loses_no_other(two):
+    """The second task works until it is asked to end, which the result of the first leads to."""
     noted = []
 
     def note(result):
-        noted.append(result[0])
+        noted.append(result)
         if len(noted) == 1:
-            raise KeyboardInterrupt
+            os.kill(os.getpid(), signal.SIGINT)
 
-    with ThreadPoolExecutor(1) as pool:
-        futures = [pool.submit(square, number, LONG, None) for number in (1, 2, 3)]
-        futures[-1].result()
-        parallel._gather(futures, LONG, note, lambda: None, lambda: None, time.monotonic)
-    assert noted[0] in (1, 4, 9)
-    assert len(set(noted)) == len(noted)
+    run_all(work.waiting_from_two, [(1,), (2,)], LONG, note)
+    assert noted == [1, 2]
 
 
 def test_an_error_in_a_process_is_raised_here_and_ends_the_others(two):
@@ -115,15 +115,19 @@ def test_work_in_another_thread_than_the_main_one(two):
 
 
 def test_each_task_has_its_share_of_the_time_that_is_left(monkeypatch):
-    monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
-    monkeypatch.setattr(parallel.time, "monotonic", iter([0.0, 0.0, 3.0, 9.0, 9.5]).__next__)
-    assert collected(work.told_time, [0, 0, 0, 0], seconds=8.0) == [8.0 / 4, 5.0 / 3]
+    """From the start of the first: 8 s of four tasks, 5 s of three, and none of the last."""
+    clock = iter([10.0, 10.0, 13.0, 20.0])
+    monkeypatch.setattr(parallel, "time", SimpleNamespace(monotonic=clock.__next__))
+    before = SHARED.set(Shared(Event(), c_double(), SimpleQueue()))
+    told = [parallel._call_in_time(lambda seconds, *_: seconds, (), 8.0, rounds) for rounds in (4, 3, 1)]
+    SHARED.reset(before)
+    assert told == [8.0 / 4, 5.0 / 3, 0.0]
 
 
 def test_an_interrupt_on_one_core_ends_all_tasks_with_what_the_first_has(monkeypatch):
     monkeypatch.setattr(parallel.os, "cpu_count", lambda: 1)
     before = signal.getsignal(signal.SIGINT)
-    assert collected(work.pressing, [1, 2, 3]) == [(1, True)]
+    assert collected(work.pressing, [1, 2, 3]) == [1]
     with pytest.raises(KeyboardInterrupt):
         collected(work.pressing_twice, [1])
     assert signal.getsignal(signal.SIGINT) == before

@@ -17,18 +17,15 @@ from exidyn.identification.effects import (
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.region import Region, box
-from exidyn.trajectories.search.bounds import ClearanceBound, kinematic_bounds
-from exidyn.trajectories.search.criteria import Focus, average, condition, volume, worst
-from exidyn.trajectories.search.experiment import Experiment
-from exidyn.trajectories.search.goals import Informative
-from exidyn.trajectories.search.problem import Basis, Problem
+from exidyn.trajectories.search.experiment import Experiment, design_model, with_drive_gains, with_shapes
+from exidyn.trajectories.search.goals import Focus, Informative, average, condition, volume, worst
+from exidyn.trajectories.search.problem import Basis, ClearanceBound, Problem, kinematic_bounds
 from exidyn.trajectories.search.torque_bound import TorqueBound
-from exidyn.trajectories.search.unknowns import design_model, with_drive_gains, with_shapes
+from exidyn.trajectories.trajectory import UNITS
 
 from ...parts.plans.excitation import along, coefficients, limits, small_basis, smooth_model
 from ...parts.runs.robots import sliding
 
-KINDS = ("position", "velocity", "acceleration", "jerk")
 BODY = known_parameters(3.0, (0.1, 0.0, 0.05))
 FRICTION = {"Fc1": Prior(4.0), "Fc2": Prior(2.0), "Fv1": Prior(3.0), "Fs1": Prior(2.0)}
 
@@ -42,11 +39,13 @@ def test_basis_is_the_series_at_its_samples_and_coefficients_are_its_inverse(ser
     assert len(parts) == series
     for number, part in enumerate(parts):
         rows = slice(number * basis.samples, (number + 1) * basis.samples)
-        for kind, values in zip(KINDS, part.at(basis.time[: basis.samples])[1:], strict=True):
+        for kind, values in zip(UNITS, part.at(basis.time[: basis.samples])[1:], strict=True):
             largest = max(np.abs(values).max(), 1.0)
             np.testing.assert_allclose(getattr(states, kind)[rows], values, rtol=0, atol=1e-12 * largest)
     np.testing.assert_array_equal(basis.coefficients(parts), expected)
     np.testing.assert_array_equal(basis.motion(expected).time, basis.time)
+    waves = [[1, 0, 1], [1, 1, 0], [1, 0, -1], [1, -1, 0]]  # constant, sine, cosine of one harmonic
+    np.testing.assert_allclose(Basis(2.0, 1, 4).matrices[0], waves, atol=1e-15)
 
 
 def test_unknowns_are_coefficients_over_the_scale():
@@ -151,8 +150,3 @@ def test_margins_and_their_slopes():
     np.testing.assert_allclose(
         slope(every) @ direction, differences, rtol=1e-4, atol=1e-4 * np.abs(differences).max()
     )
-
-
-def test_a_period_is_sampled_as_evenly_by_one_harmonic():
-    basis = Basis(2.0, 1, 4)
-    np.testing.assert_allclose(basis.matrices[0], [[1, 0, 1], [1, 1, 0], [1, 0, -1], [1, -1, 0]], atol=1e-15)

@@ -9,8 +9,8 @@ from exidyn.identification.effects import Payload, known_parameters
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search import shrink
-from exidyn.trajectories.search.shrink import inside_kinematics, shrink_inside, violations_of
+from exidyn.trajectories.search import delivery
+from exidyn.trajectories.search.delivery import inside_kinematics, shrink_inside, violations_of
 
 from ...parts.plans.excitation import TICK, goal, kinematic_share, limits, nothing_violated, smooth_model
 from ...parts.runs.robots import kinematics
@@ -90,12 +90,12 @@ def test_what_is_far_outside_is_brought_in_by_few_checks_and_no_smaller_than_it_
         checks.append(arguments)
         return violations_of(*arguments)
 
-    monkeypatch.setattr(shrink, "violations_of", counted)
+    monkeypatch.setattr(delivery, "violations_of", counted)
     found = shrink_inside(series(0.25), of, kept, (), TICK)
     nothing_violated(found, of, kept)
     assert np.all(np.abs(found.sine) < 0.97 * np.abs(alone.sine))
     assert 5 < len(checks) <= 25
-    assert violations_of(found.scaled(np.full(2, 1.0 / shrink.STEP**1.5)), of, kept, TICK)
+    assert violations_of(found.scaled(np.full(2, 1.0 / delivery.STEP**1.5)), of, kept, TICK)
 
 
 @pytest.mark.parametrize(

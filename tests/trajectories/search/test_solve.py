@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from exidyn.identification.effects import MotionGradient
-from exidyn.trajectories.search.bounds import kinematic_bounds
 from exidyn.trajectories.search.goals import Objective
-from exidyn.trajectories.search.problem import Problem
-from exidyn.trajectories.search.solve import TOLERANCE, solve
+from exidyn.trajectories.search.problem import Problem, kinematic_bounds
+from exidyn.trajectories.search.solve import TOLERANCE, Budget, solve
 
 from ...parts.plans.excitation import coefficients, goal, limits, small_basis
 
@@ -40,16 +39,23 @@ def inside(problem, unknowns):
 
 
 @pytest.fixture(scope="module")
-def search(problem, start):
-    return solve(problem, start)
+def searched(problem, start):
+    """The search, and the value of each improvement."""
+    values = []
+    return solve(problem, start, report=lambda search: values.append(search.value)), values
 
 
-def test_it_finds_better_and_stays_inside(problem, start, search):
+@pytest.fixture(scope="module")
+def search(searched):
+    return searched[0]
+
+
+def test_it_finds_better_and_stays_inside(problem, start, searched):
+    search, values = searched
     assert inside(problem, start)
     assert inside(problem, search.unknowns)
     assert search.value < value(problem, start) - 0.5
     assert search.value == pytest.approx(value(problem, search.unknowns), rel=1e-12)
-    values = [value for _, value in search.history]
     assert np.all(np.diff(values) < 0)
     assert values[-1] == search.value
 
@@ -79,11 +85,15 @@ def test_a_start_outside_is_brought_inside(problem):
     found = solve(problem, far)
     assert inside(problem, found.unknowns)
     assert np.isfinite(found.value)
-    found = solve(problem, far, stop=lambda: True)  # nothing was inside, so nothing is returned
-    assert (found.unknowns, found.value, found.history) == (None, np.inf, [])
+    found = solve(problem, far, Budget(stop=lambda: True))  # nothing was inside, so nothing is returned
+    assert (found.unknowns, found.value) == (None, np.inf)
 
 
-@pytest.mark.parametrize("options", [{"stop": lambda: True}, {"seconds": 0.0}], ids=["stopped", "no time"])
+@pytest.mark.parametrize(
+    "options",
+    [{"budget": Budget(stop=lambda: True)}, {"until": 0.0}],
+    ids=["stopped", "no time"],
+)
 def test_asked_to_end_at_once_it_ends_with_its_start(problem, start, options):
     found = solve(problem, start, **options)
     np.testing.assert_array_equal(found.unknowns, start)
@@ -93,7 +103,8 @@ def test_asked_to_end_at_once_it_ends_with_its_start(problem, start, options):
 
 def test_asked_to_stop_on_the_way_it_ends_with_the_best(problem, start, search):
     reports = []
-    found = solve(problem, start, stop=lambda: len(reports) >= 4, report=lambda s: reports.append(s.value))
+    budget = Budget(stop=lambda: len(reports) >= 4)
+    found = solve(problem, start, budget, report=lambda s: reports.append(s.value))
     assert len(reports) == 4
     assert found.value == reports[-1] == min(reports)
     assert search.value < found.value < value(problem, start)
@@ -101,12 +112,13 @@ def test_asked_to_stop_on_the_way_it_ends_with_the_best(problem, start, search):
 
 
 def test_a_clock_that_runs_out_ends_it(problem, start, search, monkeypatch):
-    now = iter(np.arange(0.0, 1e6))
+    now, times = iter(np.arange(0.0, 1e6)), []
     monkeypatch.setattr(time, "monotonic", lambda: next(now))
-    found = solve(problem, start, seconds=8.0)
+    budget = Budget()
+    found = solve(problem, start, budget, until=8.0, report=lambda _: times.append(budget.used))
     assert inside(problem, found.unknowns)
     assert search.value < found.value <= value(problem, start)
-    assert found.history[-1][0] <= 9.0
+    assert times[-1] <= 9.0
 
 
 @dataclass(eq=False)

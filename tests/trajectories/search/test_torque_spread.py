@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.search.shrink import inside_kinematics
+from exidyn.trajectories.search.delivery import inside_kinematics
 from exidyn.trajectories.search.torque_bound import AIM, TorqueBound, share_beyond, with_own_factor
 from exidyn.trajectories.search.torque_spread import DRAWS, spread_of
 

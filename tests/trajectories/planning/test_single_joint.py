@@ -8,11 +8,11 @@ import pytest
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.errors import Infeasible
 from exidyn.trajectories.families.fourier import Fourier
-from exidyn.trajectories.kinds.rests import Workspace
-from exidyn.trajectories.kinds.single_joint import constant_velocity_sweeps, single_joint_runs
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.planning.rests import Workspace
+from exidyn.trajectories.planning.single_joint import constant_velocity_sweeps, single_joint_runs
 
 from ...parts.small import small_arm
 from ...parts.small.two_joints import arm

@@ -11,7 +11,7 @@ from exidyn.identification.effects import Payload
 from exidyn.identification.model import Model
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.errors import BadLimits, Infeasible
-from exidyn.trajectories.kinds.payload_motion import AnyPayload, largest_need, payload_plan
+from exidyn.trajectories.planning.payload_motion import AnyPayload, largest_need, payload_plan
 from exidyn.trajectories.planning.wishes import Wishes
 from exidyn.trajectories.random_motion import random_fourier
 

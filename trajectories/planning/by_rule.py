@@ -1,17 +1,118 @@
-"""A chirp on top of a motion, as large as the limits allow."""
+"""Kinds of run that follow a rule, not an optimization: a function for each, and `by_rule` for a plan."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from exidyn.identification.arm.robot import Limits
+from exidyn.identification.model import Model
 
-from ..errors import BadLimits, Infeasible
+from ..clearances.clearance import clear_position
+from ..errors import BadLimits, Infeasible, in_words_of
 from ..families.chirp import Chirp
 from ..limits.brake import stoppable
-from ..limits.usable_limits import ranges
+from ..limits.usable_limits import ranges, usable
+from ..plans.plan import Plan
 from ..trajectory import Trajectory
+from .planner import plan
 from .rests import Workspace
+from .single_joint import constant_velocity_sweeps, single_joint_runs
+from .static_poses import static_poses
+from .wishes import Wishes, beside_periods, shortest_run
+
+POSES = 15
+"""Poses of a static run: gravity has about ten base parameters on six joints, each seen more than once."""
+CALM = 0.5
+"""Share of the velocity, acceleration and jerk limits that the motion under a chirp leaves to the chirp."""
+UNDER_CHIRP = 12.0
+"""Duration of the motion under a chirp [s]: long enough for the two octaves a chirp needs, short enough not
+to warm up the drives."""
+SEARCH = 12.0
+"""Search time for the motion under a chirp [s]: it need not be the best."""
+
+
+Progress = Callable[[str], None]
+"""Called with a sentence at each stage."""
+Run = tuple[Trajectory, Sequence[str]]
+"""The motion, and sentences on what was left out, and why."""
+Kind = Callable[[Model, Wishes, Workspace, Sequence[int], Progress], Run]
+
+
+def sweeps(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
+    """Constant-velocity sweeps back and forth, joint by joint: friction curves."""
+    return _joint_by_joint(constant_velocity_sweeps, model, wishes, space, joints, progress)
+
+
+def poses(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
+    """Rests at poses approached from both sides: gravity and offsets."""
+
+    def begin(pose: int, poses: int) -> None:
+        progress(f"move to pose {pose} of {poses}")
+
+    run = static_poses(space, POSES, model, wishes.start, begin=begin)
+    return run.trajectory, run.notes
+
+
+def single_joint(
+    model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress
+) -> Run:
+    """One joint at a time, fast and slow: its dynamics without coupling to the others."""
+    return _joint_by_joint(single_joint_runs, model, wishes, space, joints, progress)
+
+
+def chirp(model: Model, wishes: Wishes, space: Workspace, joints: Sequence[int], progress: Progress) -> Run:
+    """A chirp on a calm motion of all joints: elasticity, backlash, delay."""
+    calm = replace(wishes.margins, velocity=CALM, acceleration=CALM, jerk=CALM)
+    limits, _ = usable(model.robot, calm, wishes.window, wishes.start)
+    base_wishes = replace(wishes, margins=calm)
+    seconds = max(UNDER_CHIRP + beside_periods(base_wishes, limits), shortest_run(base_wishes, limits))
+    base_wishes = replace(base_wishes, seconds=seconds)
+    motion = plan(model, base_wishes, starts=1, seconds=SEARCH, progress=progress)[0].trajectory
+    progress("add the chirp")
+    return with_chirp(motion, joints, space), ()
+
+
+def _joint_by_joint(
+    make: Callable[[Workspace, Sequence[int], np.ndarray, Callable[[int], None]], Trajectory],
+    model: Model,
+    wishes: Wishes,
+    space: Workspace,
+    joints: Sequence[int],
+    progress: Progress,
+) -> Run:
+    """A run of one joint after another from the pose at which the others rest."""
+
+    def begin(joint: int) -> None:
+        progress(f"move {model.robot.joints[joint]}, {list(joints).index(joint) + 1} of {len(joints)} joints")
+
+    return make(space, joints, _rest_pose(model, wishes, space.limits), begin), ()
+
+
+def _rest_pose(model: Model, wishes: Wishes, limits: Limits) -> np.ndarray:
+    """Pose of the resting joints: the start if there is one, else a clear pose or the middle of the range."""
+    if wishes.start is not None:
+        return wishes.start
+    if wishes.clearances:
+        return clear_position(replace(model.robot, limits=limits), wishes.clearances)
+    return np.asarray(0.5 * (limits.position_lower + limits.position_upper))
+
+
+KINDS: dict[str, Kind] = {"sweeps": sweeps, "poses": poses, "single-joint": single_joint, "chirp": chirp}
+"""Kind by its name on the command line."""
+
+
+def by_rule(
+    kind: str, model: Model, wishes: Wishes, joints: Sequence[int] = (), progress: Progress = lambda _: None
+) -> Plan:
+    """Plan of a run of one kind in `KINDS`, on joints from 0; on all by default."""
+    limits, assumed = usable(model.robot, wishes.margins, wishes.window, wishes.start)
+    space = Workspace(limits, wishes.tick, wishes.clearances)
+    with in_words_of(model.robot):
+        run, notes = KINDS[kind](model, wishes, space, joints or range(model.robot.dof), progress)
+    margins, details, assumed = vars(wishes.margins), {"kind": kind}, (*assumed, *notes)
+    return Plan.of(run, model, margins=margins, tick=wishes.tick, assumed=assumed, details=details)
+
 
 LOW = 1.0
 """Lowest frequency of a chirp [Hz]: half an octave above the frequencies of identification runs."""

@@ -61,7 +61,7 @@ def single_joint_runs(
     parts: list[Trajectory] = []
     for joint in joints:
         begin(joint)
-        clear = _within(space.limits, joint, *space.clear_range(pose, joint))
+        clear = _within(space.limits, joint, space.clear_range(pose, joint))
         fast = _fastest(_wave(clear, pose, joint), clear, space.tick)
         slow = replace(fast, period=whole_ticks(SLOW_DOWN * fast.period, space.tick), periods=1)
         still = space.pause(pose, REST)
@@ -70,11 +70,11 @@ def single_joint_runs(
     return joined(parts)
 
 
-def _within(limits: Limits, joint: int, lower: float, upper: float) -> Limits:
+def _within(limits: Limits, joint: int, room: tuple[float, float]) -> Limits:
     """Limits with a narrower range of one joint, so that its stops also end inside the clear range."""
-    narrow_lower, narrow_upper = limits.position_lower.copy(), limits.position_upper.copy()
-    narrow_lower[joint], narrow_upper[joint] = lower, upper
-    return replace(limits, position_lower=narrow_lower, position_upper=narrow_upper)
+    lower, upper = limits.position_lower.copy(), limits.position_upper.copy()
+    lower[joint], upper[joint] = room
+    return replace(limits, position_lower=lower, position_upper=upper)
 
 
 def _wave(limits: Limits, pose: np.ndarray, joint: int) -> Fourier:
@@ -211,8 +211,7 @@ def _speeds(space: Workspace, room: tuple[float, float], joint: int) -> list[flo
 
 def _joined(space: Workspace, pose: np.ndarray, joint: int, passes: Iterable[_Pass]) -> list[Trajectory]:
     """Passes of one joint from rest to rest at a pose; the joint stays in its clear range."""
-    parts: list[Trajectory] = []
-    at = pose
+    parts, at = list[Trajectory](), pose
     for sweep in passes:
         begin, end = pose.copy(), pose.copy()
         begin[joint], end[joint] = sweep.begin, sweep.begin + sweep.travel

@@ -20,17 +20,16 @@ from exidyn.identification.model import Model
 
 from ..errors import BadLimits, Infeasible, in_words_of
 from ..limits.usable_limits import Margins, usable
-from ..planning.goals import learned, nominal_noise, torque_spread
-from ..planning.planner import plan
-from ..planning.wishes import Wishes, beside_periods, periods_of, rows_of
 from ..plans.plan import Plan
-from ..search.criteria import Focus
 from ..search.experiment import Experiment
-from ..search.goals import Identify
+from ..search.goals import Focus, Identify
 from ..search.torque_bound import TorqueBound
 from ..trajectory import States, Trajectory
+from .goals import learned, nominal_noise, torque_spread
+from .planner import plan
 from .rests import Workspace
 from .static_poses import static_poses
+from .wishes import Wishes, beside_periods, periods_of, rows_of
 
 TOOL, HEAVY = "tool", "heavy"
 """Names of the payload to identify, and of one that the torque bound has."""
@@ -277,6 +276,5 @@ def _shares(states: States, model: Model, payloads: AnyPayload, wishes: Wishes) 
     bound = TorqueBound(model, limit, ("",), spread)
     columns = body_regressor(model.robot.kinematics, states.motion(), model.robot.flange)
     torque = payloads.largest_torque(bound.torque(states, ""), columns)
-    return np.stack([torque + bound.band(states, ""), torque]) / (
-        limit if np.any(np.isfinite(limit)) else 1.0
-    )
+    both = np.stack([torque + bound.band(states, ""), torque])
+    return both / limit if np.any(np.isfinite(limit)) else both

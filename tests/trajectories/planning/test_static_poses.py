@@ -10,11 +10,11 @@ from exidyn.trajectories.clearances.clearance import random_positions
 from exidyn.trajectories.clearances.collision import Collision
 from exidyn.trajectories.clearances.region import Region, box
 from exidyn.trajectories.errors import Infeasible, NothingToIdentify
-from exidyn.trajectories.kinds.rests import Workspace
-from exidyn.trajectories.kinds.static_poses import APPROACH, DWELL, informative, static_poses
 from exidyn.trajectories.limits.check import check
 from exidyn.trajectories.limits.leads import with_leads
 from exidyn.trajectories.limits.usable_limits import usable
+from exidyn.trajectories.planning.rests import Workspace
+from exidyn.trajectories.planning.static_poses import APPROACH, DWELL, informative, static_poses
 
 from ...parts.runs.robots import six_axis
 from ...parts.small import small_arm, two_joints

@@ -113,13 +113,10 @@ class _Router(NamedTuple):
     def visit(self, start: np.ndarray, pose: np.ndarray) -> _Visit:
         """Approach a pose from below, rest, approach it from above, rest."""
         still = self.space.pause(pose, self.dwell)
-        there = self.between(start, pose - APPROACH)
-        from_below = self.space.move_clear(pose - APPROACH, pose)
-        away, from_above = (
-            self.space.move_clear(pose, pose + APPROACH),
-            self.space.move_clear(pose + APPROACH, pose),
-        )
-        return _Visit(pose, [*there, from_below, still, away, from_above, still], len(there) > 1)
+        there, move = self.between(start, pose - APPROACH), self.space.move_clear
+        from_below = [move(pose - APPROACH, pose), still]
+        from_above = [move(pose, pose + APPROACH), move(pose + APPROACH, pose), still]
+        return _Visit(pose, [*there, *from_below, *from_above], len(there) > 1)
 
     def visits(
         self, at: np.ndarray, poses: list[np.ndarray], notes: list[str], begin: Callable[[int, int], None]
@@ -204,12 +201,9 @@ def clear_positions(
         for clearance in clearances:
             margins = clearance.margins(drawn)
             clear &= np.all(margins >= 0.0, axis=1)
-            best = int(np.argmax(np.min(margins, axis=1, initial=np.inf)))
-            if margins.size and np.min(margins[best]) > best_margin:
-                best_margin, best_name = (
-                    float(np.min(margins[best])),
-                    clearance.names[int(np.argmin(margins[best]))],
-                )
+            best = margins[int(np.argmax(np.min(margins, axis=1, initial=np.inf)))]
+            if best.size and np.min(best) > best_margin:
+                best_margin, best_name = float(np.min(best)), clearance.names[int(np.argmin(best))]
         accepted = np.concatenate([accepted, drawn[clear]])
         if len(accepted) >= max(WANTED, count):
             return accepted

@@ -1,1 +1,0 @@
-"""Kinds of run other than the optimized one."""
