@@ -5,7 +5,7 @@ Armature and damping are written at the motor if the joint has none of its own. 
 joint becomes the motor's cogging.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -15,22 +15,11 @@ from ..effects import StribeckFriction, TorqueRipple
 from ..errors import RobotError
 from ..robot_files.mjcf_dcmotors import SHORTED, DcMotor, dc_motors
 from ..robot_files.mjcf_names import name_of
-from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
+from ..robot_files.mjcf_table import MOTOR_NUMBERS, attribute_numbers
+from .changes import DIGITS, SAME, Change, Spread, nearly_equal
+from .mjcf_changes import File
 from .portable import Portable
-from .spread import Spread
 from .xml_text import Edits
-
-UNITS = {"armature": "kg m^2", "damping": "N m s/rad"}
-"""Attribute that holds one number, and its unit."""
-LISTS: Mapping[str, Mapping[str, str]] = {
-    "lugre": {
-        "stiffness": "N m/rad", "bristle_damping": "N m s/rad", "coulomb": "N m", "static": "N m",
-        "stribeck": "rad/s",
-    },
-    "cogging": {"amplitude": "N m", "poles": "1", "phase": "rad"},
-}  # fmt: skip
-"""Attribute that holds several numbers -> their fields of `DcMotor` and units, in order."""
-
 
 EXPONENT = 2.0
 """Exponent with which Stribeck friction of MuJoCo's LuGre model fades [-]."""
@@ -154,8 +143,9 @@ def _write(file: File, plan: Plan, edits: Edits) -> Iterator[Change]:
     """Write the attributes of a motor whose numbers differ, and yield the changes."""
     old, new, robot = plan.old, plan.new, plan.unwritten.robot
     where = f"actuator '{name_of(file.compiled, 'actuator', old.index)}'"
-    for attribute, units in {**{name: {name: unit} for name, unit in UNITS.items()}, **LISTS}.items():
-        before, now = ([getattr(motor, name) for name in units] for motor in (old, new))
+    for attribute in dict.fromkeys(number.attribute for number in MOTOR_NUMBERS.values()):
+        names = attribute_numbers(attribute)
+        before, now = ([getattr(motor, name) for name in names] for motor in (old, new))
         if all(map(nearly_equal, before, now)):
             continue
         tag = file.elements.actuator(old.index)
@@ -163,13 +153,12 @@ def _write(file: File, plan: Plan, edits: Edits) -> Iterator[Change]:
         if attribute == "damping" and "nominal" in tag.attributes:
             # MuJoCo derives the motor constant from the no-load speed, which damping changes
             constant = f"{old.constant:.{DIGITS}g}"
-            resistance = f"{old.resistance:.{DIGITS}g}"
-            edits.set(tag, motorconst=f"{constant} {constant}", resistance=resistance)
-        for (name, unit), first, second in zip(units.items(), before, now, strict=True):
+            edits.set(tag, motorconst=f"{constant} {constant}", resistance=f"{old.resistance:.{DIGITS}g}")
+        for name, first, second in zip(names, before, now, strict=True):
             if not nearly_equal(first, second):
                 title = attribute if attribute == name else f"{attribute} {name}"
-                half = plan.halves.get(name, np.inf)
-                yield Change(where, title, robot.unit(plan.place, unit), first, second, half)
+                unit = robot.unit(plan.place, MOTOR_NUMBERS[name].unit)
+                yield Change(where, title, unit, first, second, plan.halves.get(name, np.inf))
 
 
 class Wave(NamedTuple):

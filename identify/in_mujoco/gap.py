@@ -27,10 +27,10 @@ from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from .answer import Answer, DriveGains, attached, drive_gains, file_alone
 from .distances import TOOL, Distances, Judge, horizons_of
+from .joint_numbers import ServoChange
 from .ladder import Ladder, Stage
 from .mujoco_laws import with_servo_torque, with_solver_friction
 from .replay import POSITION, TORQUE, Run, what_is_commanded
-from .servo_changes import ServoChange
 from .servo_stage import ServoStage, servo_stage, unchanged
 from .trial import Source, Trial, require_unloaded, simulated_runs
 

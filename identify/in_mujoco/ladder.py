@@ -14,7 +14,7 @@ from ..diagnosis.refit import refit
 from ..diagnosis.words.naming import named
 from ..effects import JointEffect, RotorInertia, name_of
 from ..errors import ExidynError
-from ..export.mjcf_changes import Change
+from ..export.changes import Change
 from ..export.mjcf_gears import Gear, add_gears
 from ..export.mjcf_patch import patch
 from ..export.portable import Portable

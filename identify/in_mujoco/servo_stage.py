@@ -11,7 +11,7 @@ import numpy as np
 
 from ..diagnosis.runs.usable import HELD_OUT
 from ..errors import ExidynError
-from ..export.mjcf_changes import Change
+from ..export.changes import Change
 from ..fit.servo_fit import identify_servos
 from ..fit.servo_runs import ServoRun
 from ..model import Model
@@ -19,11 +19,9 @@ from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from .distances import Gain, Judge
-from .joint_numbers import DELAY, KP, LIMIT, JointNumbers
+from .joint_numbers import DELAY, KP, LIMIT, JointNumbers, ServoChange, servo_changes
 from .ladder import FARTHER
 from .replay import POSITION
-from .servo_changes import DELAY as LATER
-from .servo_changes import ServoChange, servo_changes
 from .simulated_numbers import simulated_numbers
 from .trial import Source, Trial, simulated_runs
 
@@ -106,7 +104,7 @@ def _by_torque(
     training, judging = (replace(trial, source=known.source) for trial in (training, judging))
     result = simulated_numbers(known, training, judging, known.source.text, (KP, LIMIT))
     simulated = known.servo_changes(result.values, result.halves)
-    changes = (*changes, *(change for change in simulated if change.quantity == LATER))
+    changes = (*changes, *(change for change in simulated if change.quantity == "delay"))
     written = numbers.with_servos(changes)
     text, joints = known.with_joints(written.text, result.values, result.halves)
     return ServoStage(written, changes, text, joints, result.values[DELAY], result.held)

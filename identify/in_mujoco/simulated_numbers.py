@@ -13,7 +13,18 @@ import numpy as np
 
 from ..text_table import NORMAL_95
 from .distances import HORIZONS, MATERIAL, SURE
-from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT, JointNumbers
+from .joint_numbers import (
+    ACCURACY,
+    ARMATURE,
+    CYCLE,
+    DAMPING,
+    DELAY,
+    DETERMINED,
+    DRY,
+    KP,
+    LIMIT,
+    JointNumbers,
+)
 from .other_masses import MOST, joints_with_other_masses
 from .replay import POSITION, Run
 from .rollouts import SECONDS, Rollouts
@@ -37,15 +48,8 @@ FEW, BRIEF = 16, 4
 SLOW = 0.005
 """Sampling period above which it matters whether commands are held or interpolated [s]: half of it is longer
 than a step of a simulation."""
-ACCURACY = 5.0
-"""Relative accuracy of all numbers but delays per sampling period [1/s], 2 % at 4 ms: signals are sampled
-somewhere within a cycle, and commands may jump between."""
-CYCLE = 1.0 / np.sqrt(12.0)
-"""Standard deviation of a moment within a sampling period, over the period."""
 FINER = 0.25
 """Accuracy of friction and armature over that of stiffness: they do not depend on when a command arrives."""
-DETERMINED = 0.1
-"""Largest relative standard deviation of a stiffness that counts as determined."""
 QUANTILES, LIMITS = (0.5, 0.999), 16
 """Quantiles of the torque that a servo without a limit would have, and number of limits between them."""
 FRICTION = (DAMPING, DRY, ARMATURE)

@@ -9,7 +9,7 @@ import pytest
 from exidyn.identification.diagnosis.candidates.base_tilt import under_gravity
 from exidyn.identification.effects.rigid_body import body_inertia, inertial_parameters, with_bodies
 from exidyn.identification.export import Portable
-from exidyn.identification.export.mjcf_bodies import fixed_share
+from exidyn.identification.export.bodies import fixed_share
 from exidyn.identification.export.mjcf_patch import patch
 from exidyn.identification.fit.identified import Standard
 from exidyn.identification.robot_files.robot_file import read_model

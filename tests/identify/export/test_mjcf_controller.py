@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.errors import RobotError
-from exidyn.identification.export.mjcf_controller import with_controller, with_motors
+from exidyn.identification.export.mjcf_servos import with_controller, with_motors
 
 mujoco = pytest.importorskip("mujoco")
 

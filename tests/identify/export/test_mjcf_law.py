@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.identification.arm.servo_law import ServoLaw
 from exidyn.identification.errors import RobotError
-from exidyn.identification.export.mjcf_controller import with_servo_law
+from exidyn.identification.export.mjcf_servos import with_servo_law
 from exidyn.identification.robot_files.mjcf_drives import servo_law
 from tests.parts.servo_arms import ARM
 

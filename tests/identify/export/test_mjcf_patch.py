@@ -12,8 +12,8 @@ from exidyn.identification.effects import Prior
 from exidyn.identification.effects.rigid_body import inertial_parameters, with_bodies
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
+from exidyn.identification.export.changes import Spread
 from exidyn.identification.export.mjcf_patch import patch
-from exidyn.identification.export.spread import Spread
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.fit.identified import Standard, identified, standard_parameters
 from exidyn.identification.robot_files.robot_file import read_model

@@ -11,9 +11,16 @@ from exidyn.identification.fit.servo_fit import identify_servos
 from exidyn.identification.fit.servo_runs import ServoRun
 from exidyn.identification.in_mujoco.distances import Judge
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.joint_numbers import DAMPING, DRY, KP, LIMIT, JointNumbers
+from exidyn.identification.in_mujoco.joint_numbers import (
+    DAMPING,
+    DRY,
+    KP,
+    LIMIT,
+    JointNumbers,
+    changed_law,
+    servo_changes,
+)
 from exidyn.identification.in_mujoco.replay import Run
-from exidyn.identification.in_mujoco.servo_changes import changed_law, servo_changes
 from exidyn.identification.in_mujoco.servo_stage import servo_stage
 from exidyn.identification.in_mujoco.simulated_numbers import simulated_numbers
 from exidyn.identification.in_mujoco.trial import Source, Trial
