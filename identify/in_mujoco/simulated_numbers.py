@@ -118,8 +118,12 @@ class _Search:
             start = self._beginning(free)
         tied = [row for row in (KP, DELAY) if row not in self.known]
         common = self.fits.fitted(start, free, tied)
-        if KP not in self.known and np.any(doubtful := self._doubtful(common)):
-            self.doubtful = doubtful
+        if KP not in self.known:
+            # Other masses may stand for the stiffness of a servo that changes little.
+            few = np.abs(np.log(common[KP] / self.file[KP])) < MOST
+            runs, model = self.training.runs, self.training.model
+            self.doubtful = few & joints_with_other_masses(runs, model, common[DELAY])
+        if np.any(self.doubtful):
             free = self._rows(KP, DELAY, *FRICTION)
             common = self.fits.fitted(np.where(free, common, self.file), free, tied)
         # First a delay alone, rather than damping and armature that do nearly the same.
@@ -178,11 +182,6 @@ class _Search:
         free[[row for row in rows if row not in self.known]] = True
         free[KP] &= ~self.doubtful
         return free
-
-    def _doubtful(self, common: np.ndarray) -> np.ndarray:
-        """Whether other masses may stand for the stiffness of each joint's servo, shape (n,)."""
-        few = np.abs(np.log(common[KP] / self.file[KP])) < MOST
-        return few & joints_with_other_masses(self.training.runs, self.training.model, common[DELAY])
 
     def _better(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Whether the second version is nearer to the judging runs, for each joint by itself, shape (n,).

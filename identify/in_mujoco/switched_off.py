@@ -104,19 +104,12 @@ def silence(model: Any, joints: Sequence[int]) -> None:
     for actuator in actuators(model):
         if not drives_joint(model, actuator) or model.actuator_trnid[actuator][0] not in joints:
             continue
-        if is_dc_motor(model, actuator):
-            _open_circuit(model, actuator)
-        else:
-            model.actuator_gainprm[actuator] = model.actuator_biasprm[actuator] = 0.0
-
-
-def _open_circuit(model: Any, actuator: int) -> None:
-    """Let no current flow through a motor that has an input."""
-    if int(model.actuator_ctrlspec[actuator]) == SHORTED:
-        return
-    gain = model.actuator_gainprm[actuator]
-    gain[RESISTANCE], gain[PROPORTIONAL], gain[DERIVATIVE] = OPEN, 0.0, 0.0
-    gain[INTEGRAL] = np.finfo(float).tiny if gain[INTEGRAL] > 0.0 else 0.0
+        gain = model.actuator_gainprm[actuator]
+        if not is_dc_motor(model, actuator):
+            gain[:] = model.actuator_biasprm[actuator] = 0.0
+        elif int(model.actuator_ctrlspec[actuator]) != SHORTED:  # no current flows
+            gain[RESISTANCE], gain[PROPORTIONAL], gain[DERIVATIVE] = OPEN, 0.0, 0.0
+            gain[INTEGRAL] = np.finfo(float).tiny if gain[INTEGRAL] > 0.0 else 0.0
 
 
 class MotorFriction:

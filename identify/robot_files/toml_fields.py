@@ -152,10 +152,13 @@ def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
 
 def lines(table: Mapping[str, Any], tall: bool = False) -> str:
     """One line per key; with `tall`, matrices take one line per row."""
-    return "\n".join(
-        f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else _value_text(value)}"
-        for key, value in table.items()
-    )
+    texts = []
+    for key, value in table.items():
+        text = _value_text(value)
+        if tall and np.ndim(value) == 2:
+            text = "[\n" + "".join(f"  {_value_text(row)},\n" for row in value) + "]"
+        texts.append(f"{_key(key)} = {text}")
+    return "\n".join(texts)
 
 
 def _value_text(value: Any) -> str:
@@ -171,10 +174,6 @@ def _value_text(value: Any) -> str:
     if isinstance(value, int | np.integer):
         return str(int(value))
     return repr(float(value))
-
-
-def _rows(matrix: Sequence | np.ndarray) -> str:
-    return "[\n" + "".join(f"  {_value_text(row)},\n" for row in matrix) + "]"
 
 
 def _key(key: str) -> str:

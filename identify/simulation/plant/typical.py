@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ...arm.robot import Robot
 from ...model import Model
 from .drives import DriveControl
 from .forces import ArmForces, Joints
@@ -74,14 +73,11 @@ def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
         current_drift=noise,
     )
     thermal = typical_thermal(model, current_limit / 3)
-    return _control(robot, inertia, current_limit), sensors, thermal
-
-
-def _control(robot: Robot, inertia: np.ndarray, current_limit: np.ndarray) -> DriveControl:
-    """Drives for an inertia (n,) [kg m^2] with a current limit (n,) [A]."""
     if robot.servo is None:
-        return DriveControl.tuned(inertia, BANDWIDTH, current_limit)
-    return DriveControl.position_servo(np.abs(robot.drive_gain) * robot.servo.gain, current_limit)
+        control = DriveControl.tuned(inertia, BANDWIDTH, current_limit)
+    else:
+        control = DriveControl.position_servo(np.abs(robot.drive_gain) * robot.servo.gain, current_limit)
+    return control, sensors, thermal
 
 
 def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:
