@@ -39,7 +39,7 @@ def joint_changes(file: File, portable: Portable, spread: Spread, edits: Edits) 
     """Write the terms of all joints, and yield the changes."""
     old, new, robot = Portable.of(file.nominal).joints, portable.joints, portable.robot
     for place, (joint, name) in enumerate(zip(file.joints, robot.joints, strict=True)):
-        tag, where = file.elements.joint(joint), f"joint '{name}'"
+        tag, where = file.elements.tag("joint", joint), f"joint '{name}'"
         for term, number in JOINT_TERMS.items():
             before, now = float(getattr(old, term)[place]), float(getattr(new, term)[place])
             if nearly_equal(before, now):
@@ -103,7 +103,7 @@ def _changed(file: File, body: int, ten: np.ndarray, halves: np.ndarray, edits: 
     words = {
         "pos": number_words(new[1:4]), "mass": number_words(new[:1]), "fullinertia": number_words(new[4:])
     }  # fmt: skip
-    tag = file.elements.body(body)
+    tag = file.elements.tag("body", body)
     inertial = next((child for child in tag.children if child.name == "inertial"), None)
     if inertial is None:
         edits.add_inside(tag, element_text("inertial", words))
@@ -153,7 +153,7 @@ def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[C
     moved = np.array([part.joint > 0 for part in file.parts])
     loaded = moved & (file.compiled.body_mass > 0.0) & (share > 0.0)
     for body in map(int, np.flatnonzero(loaded | (file.compiled.body_gravcomp != 0.0))):
-        edits.set(file.elements.body(body), gravcomp=f"{share:.{DIGITS}g}" if share else None)
+        edits.set(file.elements.tag("body", body), gravcomp=f"{share:.{DIGITS}g}" if share else None)
         where, old = f"body '{name_of(file.compiled, 'body', body)}'", file.compiled.body_gravcomp[body]
         yield Change(where, "gravcomp", "-", float(old), share, np.inf if share else 0.0)
 

@@ -37,7 +37,7 @@ def servo_changes(file: File, portable: Portable, edits: Edits) -> Iterator[Chan
         new = stiffness / float(file.compiled.actuator_gear[actuator][0]) ** 2
         if nearly_equal(old, new) and not damping:
             continue
-        _set_gains(edits, file.elements.actuator(actuator), new, 0.0)
+        _set_gains(edits, file.elements.tag("actuator", actuator), new, 0.0)
         half = NORMAL_95 * float(robot.drive_gain_tolerance[place]) * new
         yield Change(where, "kp", robot.unit(place, "N m/rad"), old, new, half)
         if damping:
@@ -61,8 +61,10 @@ def keep_damping(file: File, new: Any, written: Collection[int], edits: Edits) -
     old = file.compiled
     for actuator in actuators(old):
         original, altered = (_gains(model, actuator)[1] for model in (old, new))
-        tag = file.elements.position_servo(actuator)
-        if tag is not None and actuator not in written and not nearly_equal(original, altered):
+        tag = file.elements.find("actuator", actuator)
+        if tag is None or tag.name not in ("position", "intvelocity", "general"):
+            continue  # in an included file, or without a position gain
+        if actuator not in written and not nearly_equal(original, altered):
             if tag.name == "general":  # MuJoCo takes a positive third number for a dampratio
                 offset, stiffness = old.actuator_biasprm[actuator][:2]
                 edits.set(tag, biasprm=f"{offset:.{DIGITS}g} {stiffness:.{DIGITS}g} {-original:.{DIGITS}g}")
@@ -126,7 +128,7 @@ def with_servo_law(
         raise RobotError(f"{where} has no position servo for every joint")
     elements, edits = Elements(read_tags(text, where), compiled, where), Edits(text)
     for place, actuator in enumerate(servos(compiled, joints)):
-        tag, gear = elements.actuator(actuator), float(compiled.actuator_gear[actuator, 0])
+        tag, gear = elements.tag("actuator", actuator), float(compiled.actuator_gear[actuator, 0])
         new = {name: float(getattr(law, name)[place]) for name in changed}
         differing = [name for name in changed if not nearly_equal(new[name], getattr(old, name)[place])]
         if {"stiffness", "damping"}.intersection(differing):
@@ -159,10 +161,10 @@ def with_controller(
     """
     compiled, root = compile_mjcf(text.decode(), folder), read_tags(text, where)
     chosen = [_motor_of(compiled, joint, where) for joint in joints]
-    text = _renamed(text, [Elements(root, compiled, where).actuator(actuator) for actuator in chosen])
+    text = _renamed(text, [Elements(root, compiled, where).tag("actuator", actuator) for actuator in chosen])
     edits, elements = Edits(text), Elements(read_tags(text, where), compiled, where)
     for actuator, *gains in zip(chosen, kp, kd, strict=True):
-        edits.set(elements.actuator(actuator), **_servo(compiled, actuator, *map(float, gains)))
+        edits.set(elements.tag("actuator", actuator), **_servo(compiled, actuator, *map(float, gains)))
     return edits.text()
 
 

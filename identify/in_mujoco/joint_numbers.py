@@ -139,7 +139,7 @@ class JointNumbers:
             for term, row in numbers.items():
                 number, (old, new, half) = JOINT_TERMS[term], map(float, row)
                 if new != number.read(compiled, self._dofs[joint]):
-                    tag = elements.joint(int(compiled.joint(name).id))
+                    tag = elements.tag("joint", int(compiled.joint(name).id))
                     edits.set(tag, **{number.attribute: f"{new:.{DIGITS}g}"})
                 if new != old:
                     unit = self.robot.unit(joint, number.unit)
