@@ -13,18 +13,7 @@ import numpy as np
 
 from ..text_table import NORMAL_95
 from .distances import HORIZONS, MATERIAL, SURE
-from .joint_numbers import (
-    ACCURACY,
-    ARMATURE,
-    CYCLE,
-    DAMPING,
-    DELAY,
-    DETERMINED,
-    DRY,
-    KP,
-    LIMIT,
-    JointNumbers,
-)
+from .joint_numbers import ACCURACY, ARMATURE, CYCLE, DAMPING, DELAY, DETERMINED, DRY, KP, LIMIT, JointNumbers
 from .other_masses import MOST, joints_with_other_masses
 from .replay import POSITION, Run
 from .rollouts import SECONDS, Rollouts
@@ -65,11 +54,7 @@ class Simulated(NamedTuple):
 
 
 def simulated_numbers(
-    numbers: JointNumbers,
-    training: Trial,
-    judging: Trial,
-    text: bytes,
-    known: Sequence[int] = (),
+    numbers: JointNumbers, training: Trial, judging: Trial, text: bytes, known: Sequence[int] = ()
 ) -> Simulated:
     """Fit joint numbers to the training runs, and keep those of which the judging runs get better.
 

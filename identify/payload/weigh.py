@@ -21,7 +21,7 @@ from ..recordings.recording import KnownPayload, Recording
 from ..recordings.recording_checks import check
 from .body import MASS, Body, consistent_body, intervals
 from .estimate import Posterior, posterior
-from .known import BARE, Known, StatedCenter, complete, known_from_description, known_from_fit
+from .known import BARE, Known, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
 from .rows import TOOL, Rows, arm_base, rows_of, with_columns, with_tool
@@ -120,15 +120,14 @@ def _estimated(
 ) -> tuple[Rows, Posterior, Known]:
     """Equations, estimate and prior, with gear loads that include the payload."""
     described, mass = None, 1.0  # a guess of the mass for the first pass
+    center = None if com is None else np.asarray(com, float)
     for number in range(PASSES):
         rows = rows_of(model, base, prepared)
         if fit is not None:
             arm = known_from_fit(fit, rows)
         elif described is None:  # later, nominal values are those of the last pass
             arm = described = known_from_description(model, rows)
-        values = arm[0][: rows.arm]
-        stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
-        known = complete(rows, arm, values, rows.equations.gain, stated, fit is None)
+        known = complete(rows, *arm, center, mass, scaled=fit is None)
         try:
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:

@@ -59,10 +59,7 @@ def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
 
 
 def mjcf_kinematics(
-    model: Any,
-    where: str,
-    moving: Collection[str] | None = None,
-    held: Held = MappingProxyType({}),
+    model: Any, where: str, moving: Collection[str] | None = None, held: Held = MappingProxyType({})
 ) -> Kinematics:
     """Kinematics of a compiled MJCF; `moving` and `held` are those of `read_kinematics`.
 

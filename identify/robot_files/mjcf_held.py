@@ -26,10 +26,7 @@ EXPECTED = {
 
 
 def held_positions(
-    model: Any,
-    moving: Collection[str] | None,
-    held: Held = MappingProxyType({}),
-    where: str = "MJCF",
+    model: Any, moving: Collection[str] | None, held: Held = MappingProxyType({}), where: str = "MJCF"
 ) -> dict[int, np.ndarray]:
     """Positions in `qpos` of the joints that are held; `moving` and `held` are those of `read_kinematics`.
 

@@ -69,9 +69,9 @@ def check_keys(table: object, valid: Collection[str], where: str) -> None:
             raise UnknownKey(key, where, list(valid))
 
 
-def string(value: object, where: str, empty: bool = False) -> str:
-    """A text, which may be empty only with `empty`."""
-    if not isinstance(value, str) or not (value or empty):
+def string(value: object, where: str) -> str:
+    """A text that is not empty."""
+    if not isinstance(value, str) or not value:
         raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
     if "\0" in value:
         raise RobotError(f"{where}: {value!r} has a character of code 0, which names and paths cannot have")
@@ -103,15 +103,6 @@ def number(value: object, where: str, low: float = -np.inf, infinite: bool = Fal
     if LARGEST < abs(value) < np.inf:
         raise RobotError(f"{where}: {value} is too large; the magnitude is at most {LARGEST:g}")
     return float(value)
-
-
-def integer(value: object, where: str, low: float = -np.inf) -> int:
-    """A whole number of at least `low`."""
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise RobotError(f"{where}: expected a whole number; found {value!r}")
-    if value < low:
-        raise RobotError(f"{where}: {value} is less than {low:g}")
-    return value
 
 
 def numbers(

@@ -59,17 +59,6 @@ def beside(fit: Fit, runs: Sequence[Prepared], apart: Collection[str] = ()) -> F
     )
 
 
-def as_nominal(fit: Fit) -> Fit:
-    """The fit with nominal parameter values and drive gains in place of its estimates."""
-    base, model = fit.structure or fit.base, fit.model
-    values = base.regrouping @ model.nominal_values
-    size = len(values) + model.robot.dof
-    estimate = replace(
-        fit.estimate, values=values, gain=model.robot.drive_gain, covariance=np.zeros((size, size))
-    )
-    return replace(fit, base=base, estimate=estimate, structure=None, full_estimate=None, dropped={})
-
-
 def _with_payload_of_fit(fit: Fit, recording: Recording) -> Recording:
     """The recording with its payload named as in the fit, and with the fit's values if it has none."""
     payload = recording.payload

@@ -5,28 +5,20 @@ import numpy as np
 from ...model import Model
 from .drives import DriveControl
 from .forces import ArmForces, Joints
-from .gears import Thermal, Transmission, random_poses
+from .gears import AMBIENT, Thermal, Transmission, random_poses
 from .plant import Plant
 from .sensors import Sensors
 
 BANDWIDTH = 25.0
 """Bandwidth of the velocity loop [Hz]. With the elastic gears of robots, drives reach 20 to 40."""
-
 COUNTS = 2.0**16
 """Encoder counts per motor turn, including interpolation."""
-
 CURRENT_BITS = 13
 """Resolution of the current sensor from zero to its maximum, without the sign [bit]."""
-
 NOISE = 0.002
 """Standard deviation of each of the two current noises relative to the current limit [-]."""
-
-AMBIENT = 25.0
-"""Temperature around the arm [degC]."""
-
 HEAT = 20.0
 """Temperature rise in continuous work at a third of the maximum current and of the speed limit [K]."""
-
 FREE_SPEED = 3.0
 """Speed limit that is assumed if the robot has none [rad/s]."""
 
@@ -38,7 +30,6 @@ def typical_plant(
     gain: np.ndarray | None = None,
     seed: int = 0,
     payload: str = "",
-    transmission: Transmission | None = None,
 ) -> Plant:
     """An arm with control loops, encoders and current sensors typical of industrial arms.
 
@@ -50,7 +41,7 @@ def typical_plant(
     values = model.nominal_values if values is None else values
     gain = model.robot.drive_gain if gain is None else gain
     control, sensors, thermal = typical_parts(model)
-    return Plant(model, values, gain, start, control, sensors, transmission, thermal, payload, seed=seed)
+    return Plant(model, values, gain, start, control, sensors, thermal=thermal, payload=payload, seed=seed)
 
 
 def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
