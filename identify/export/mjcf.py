@@ -21,7 +21,7 @@ from ..arm.newton_euler import Joint, joints_of, link_frames
 from ..arm.robot import Robot
 from ..effects.simulator_terms import Spring
 from ..positive_definite import inverse
-from ..robot_files.mjcf_table import JOINT_TERMS
+from ..robot_files.mjcf_elements import JOINT_TERMS
 from ..robot_files.robot_text import SLENDERNESS, words
 from .portable import Portable
 

@@ -10,8 +10,7 @@ from ..effects.rigid_body import body_inertia, inertial_parameters
 from ..errors import RobotError
 from ..model import Model
 from ..robot_files.mjcf import Part, own_inertia
-from ..robot_files.mjcf_names import disabled, name_of
-from ..robot_files.mjcf_table import JOINT_TERMS
+from ..robot_files.mjcf_elements import JOINT_TERMS, disabled, name_of
 from .bodies import body_numbers, differ, fixed_share, number_changes, number_scales, robot_bodies
 from .changes import DIGITS, SAME, Change, Spread, changed_by, nearly_equal, number_words
 from .portable import Portable

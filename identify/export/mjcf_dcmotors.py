@@ -14,8 +14,7 @@ import numpy as np
 from ..effects import StribeckFriction, TorqueRipple
 from ..errors import RobotError
 from ..robot_files.mjcf_dcmotors import SHORTED, DcMotor, dc_motors
-from ..robot_files.mjcf_names import name_of
-from ..robot_files.mjcf_table import JOINT_TERMS, MOTOR_NUMBERS, attribute_numbers
+from ..robot_files.mjcf_elements import JOINT_TERMS, MOTOR_NUMBERS, attribute_numbers, name_of
 from .changes import DIGITS, SAME, Change, Spread, nearly_equal
 from .mjcf_changes import File
 from .portable import Portable

@@ -16,7 +16,7 @@ from exidyn.quoting import xml_attribute
 
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
-from ..robot_files.mjcf_names import joint_names, turns
+from ..robot_files.mjcf_elements import joint_names, turns
 from .changes import DIGITS, Change
 from .xml_text import Edits, Elements, Tag, read_tags
 

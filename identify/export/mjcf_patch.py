@@ -15,8 +15,7 @@ from ..fit.identified import Standard
 from ..model import Model
 from ..robot_files.mjcf import body_parts, compile_mjcf, mjcf_kinematics
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import joint_names
-from ..robot_files.mjcf_table import JOINT_TERMS
+from ..robot_files.mjcf_elements import JOINT_TERMS, joint_names
 from ..robot_files.robot_file import described_model
 from .bodies import robot_bodies, sizes
 from .changes import SAME, Change, Spread, nearly_equal

@@ -20,7 +20,7 @@ from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_dcmotors import is_dc_motor
 from ..robot_files.mjcf_drives import is_motor, motors, servo_law, servos
-from ..robot_files.mjcf_names import actuators, name_of
+from ..robot_files.mjcf_elements import actuators, name_of
 from ..text_table import NORMAL_95
 from .changes import DIGITS, SAME, Change, nearly_equal, number_words
 from .mjcf_changes import File

@@ -14,7 +14,7 @@ from ..effects.rigid_body import body_inertia, inertial_parameters
 from ..errors import RobotError
 from ..fit.identified import Standard
 from ..robot_files.kinematics import INERTIA_PLACES, inertia_matrix
-from ..robot_files.mjcf_table import JOINT_TERMS
+from ..robot_files.mjcf_elements import JOINT_TERMS
 from ..robot_files.urdf import parse_urdf
 from ..robot_files.urdf_checks import numbers_of
 from .bodies import PLACES, body_numbers, differ, fixed_share, number_changes, robot_bodies

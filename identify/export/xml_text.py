@@ -9,7 +9,7 @@ from xml.parsers import expat
 from exidyn.quoting import xml_attribute
 
 from ..errors import RobotError
-from ..robot_files.mjcf_names import actuators, name_of
+from ..robot_files.mjcf_elements import actuators, name_of
 
 ATTRIBUTE = re.compile(
     rb"""(?P<before>\s+)(?P<name>[^\s=/>]+)(?P<between>\s*=\s*)(?P<quoted>"[^"]*"|'[^']*')"""

@@ -11,7 +11,7 @@ from ..export.portable import Portable
 from ..fit.fit import Fit
 from ..fit.settled_gains import stated
 from ..model import Model
-from ..robot_files.mjcf_table import JOINT_TERMS
+from ..robot_files.mjcf_elements import JOINT_TERMS
 from ..text_table import NORMAL_95
 from .distances import Distances, Gain, Judge
 from .joint_numbers import DELAY, KP, LIMIT, TERMS, JointNumbers

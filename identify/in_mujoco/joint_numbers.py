@@ -15,7 +15,7 @@ from ..fit.servo_fit import ServoFit
 from ..fit.servo_runs import LONGEST
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law, servos
-from ..robot_files.mjcf_table import JOINT_TERMS
+from ..robot_files.mjcf_elements import JOINT_TERMS
 from ..text_table import NORMAL_95
 from .replay import POSITION
 from .trial import Source

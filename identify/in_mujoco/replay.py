@@ -16,7 +16,7 @@ from ..recordings.recording import Recording, interpolated
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of, input_of, joint_names
+from ..robot_files.mjcf_elements import enum_of, input_of, joint_names
 from .attached import Attached
 from .callbacks import PURPOSE, optional
 from .switched_off import hold_others, mount, silence

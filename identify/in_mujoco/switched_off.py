@@ -18,9 +18,15 @@ from ..arm.robot import Robot
 from ..export.mjcf_gears import TWIST
 from ..export.mjcf_patch import held_in
 from ..robot_files.mjcf_dcmotors import SHORTED, dc_motors, is_dc_motor
+from ..robot_files.mjcf_elements import (
+    MOTOR_NUMBERS,
+    actuators,
+    drives_joint,
+    enum_of,
+    joint_equalities,
+    joint_names,
+)
 from ..robot_files.mjcf_held import followed, held_positions
-from ..robot_files.mjcf_names import actuators, drives_joint, enum_of, joint_equalities, joint_names
-from ..robot_files.mjcf_table import MOTOR_NUMBERS
 
 ROTOR = 1e15
 """Inertia of a held joint [kg m^2, kg]: a force of 1000 N moves it by less than 1e-8 m in 100 s."""

@@ -21,8 +21,8 @@ from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
 from .folders import PACKAGE, VARIABLE, Folders, ros_folders, stated_folders
 from .mjcf import body_parts, compile_mjcf, mjcf_kinematics
+from .mjcf_elements import enum_of, name_of
 from .mjcf_held import placement_of
-from .mjcf_names import enum_of, name_of
 from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf, read_choice, read_urdf

@@ -21,8 +21,16 @@ from typing import Any
 import numpy as np
 
 from ..notebook import optional
-from .mjcf_names import disabled, drives_joint, input_of, joint_actuators, joint_name, name_of
-from .mjcf_table import MOTOR_NUMBERS, attribute_numbers
+from .mjcf_elements import (
+    MOTOR_NUMBERS,
+    attribute_numbers,
+    disabled,
+    drives_joint,
+    input_of,
+    joint_actuators,
+    joint_name,
+    name_of,
+)
 
 SHORTED, VOLTAGE = 16, 8
 """Bits of `actuator_ctrlspec` (mjtCtrlInput): no input at all, and voltage as input."""

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ..arm.robot import Held
 from ..errors import RobotError, UnknownJoint
-from .mjcf_names import enum_of, joint_equalities, joint_name, joint_names, single, turns
+from .mjcf_elements import enum_of, joint_equalities, joint_name, joint_names, single, turns
 
 SIZES = {"mjJNT_FREE": 7, "mjJNT_BALL": 4, "mjJNT_SLIDE": 1, "mjJNT_HINGE": 1}
 """Kind of a joint -> count of its numbers in `qpos`."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import RobotError
 from .mjcf_dcmotors import is_dc_motor, require_readable
-from .mjcf_names import HOLD, actuators, drives_joint, enum_of, joint_equalities, joint_name, name_of
+from .mjcf_elements import HOLD, actuators, drives_joint, enum_of, joint_equalities, joint_name, name_of
 
 ROUNDING = 1e-12
 """Largest difference between shares of gravity that is due to rounding."""
