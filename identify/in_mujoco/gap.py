@@ -21,7 +21,6 @@ from ..model import Model
 from ..plausible.gate import suspect
 from ..preparation.prepare import Filtering
 from ..progress import StageText
-from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from .answer import Answer, DriveGains, attached, drive_gains, file_alone
@@ -31,7 +30,7 @@ from .ladder import Ladder, Stage
 from .mujoco_laws import with_servo_torque, with_solver_friction
 from .replay import POSITION, Run, what_is_commanded
 from .servo_stage import ServoStage, servo_stage, unchanged
-from .trial import Source, Trial, require_unloaded, simulated_runs
+from .trial import Recordings, Source, Trial, require_unloaded, simulated_runs
 
 SERVOS = "servos of the file (gains, limits, delays of commands)"
 
@@ -74,7 +73,7 @@ class Gap:
 def gap(
     source: Source,
     model: Model,
-    recordings: Sequence[tuple[str, Recording]],
+    recordings: Recordings,
     commands: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
@@ -99,45 +98,33 @@ def gap(
     """
     require_unloaded(recordings)
     progress(StageText("servos", "identify the servos"))
-    judge, compiled = Judge(judge_by), compile_mjcf(source.text.decode(), source.folder)
-    joints, arm = model.robot.joints, with_solver_friction(_by_servos_of_file(model), compiled)
-    runs = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
-    # Simulations take the commands of the log. Its effort counts only if torque is commanded.
-    replayed = [(role, with_servo_torque(compiled, run, joints)) for role, run in runs]
-    commanded = what_is_commanded(compiled, [run for _, run in replayed], joints, commands)
-    by_position = commanded == POSITION
+    case = _case(source, model, recordings, commands, filtering, Judge(judge_by))
+    by_position = case.commands == POSITION
     with threadpool_limits(limits=1):  # the steps of one arm are too small for threads to pay off
-        servos = unchanged(source, arm)
-        if by_position:
-            servos = servo_stage(source, arm, runs, replayed, filtering, judge)
-        diagnosis, fitted = _diagnosed(servos, arm, runs, filtering, progress, as_recorded)
+        first = case.servo_stage(case.arm)
+        diagnosis, fitted = _diagnosed(first, case.arm, case.runs, filtering, progress, as_recorded)
         of_arm, faults, beyond = _sorted(diagnosis)
-        if not by_position and diagnosis.evidence is not None:
-            measurements = as_found(diagnosis.evidence, faults).model.measurements
-            replayed = [
-                (role, replace(run, model=replace(run.model, measurements=measurements)))
-                for role, run in replayed
-            ]
-        judging, fitting = (simulated_runs(replayed, filtering, held_out) for held_out in (True, False))
-        trial = Trial(servos.source, arm, judging, commanded, servos.held)
-        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, judge)
-        gained = ladder.with_gains(trial)
-        if by_position and gained is not trial:  # gains of servos are torques too
-            servos = servo_stage(source, gained.model, runs, replayed, filtering, judge)
-        trial = replace(trial, source=servos.source, held=servos.held)
+        cleaned = case if by_position else case.without(diagnosis, faults)
+        judging, fitting = (cleaned.trial(first, held_out) for held_out in (True, False))
+        ladder = Ladder(judging, fitted, filtering, diagnosis, faults, case.judge)
+        gained = ladder.with_gains(judging)  # gains of servos are torques too
+        servos = first if gained is judging or not by_position else case.servo_stage(gained.model)
+        trial, training = (
+            replace(each, source=servos.source, held=servos.held) for each in (judging, fitting)
+        )
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
         ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        file = file_alone(ladder, replace(trial, runs=fitting), servos if by_position else None)
+        file = file_alone(ladder, training, servos if by_position else None)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
         diagnosis=diagnosis,
-        commands=commanded,
+        commands=case.commands,
         held=servos.held,
-        horizons=horizons_of(judging),
-        runs=judging,
+        horizons=horizons_of(trial.runs),
+        runs=tuple(trial.runs),
         original=original,
         servos=servos.changes,
         stages=(*servo_stages, *ladder.stages),
@@ -151,6 +138,54 @@ def gap(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """The file, the arm and the runs between which the gap is."""
+
+    source: Source  # the file
+    arm: Model  # the arm that it describes
+    runs: Recordings  # runs to which fits are made
+    replayed: Recordings  # the same runs with a torque, whose commands are simulated
+    commands: str  # what is commanded, "position" or "torque"
+    filtering: Filtering  # filters
+    judge: Judge  # what a simulation is judged by
+
+    def servo_stage(self, arm: Model) -> ServoStage:
+        """Servos of the file, identified with an arm if they follow commanded positions."""
+        if self.commands != POSITION:
+            return unchanged(self.source, arm)
+        return servo_stage(self.source, arm, self.runs, self.replayed, self.filtering, self.judge)
+
+    def trial(self, servos: ServoStage, held_out: bool) -> Trial:
+        """Trial of the file with these servos on the held-out or the fitted runs."""
+        runs = simulated_runs(self.replayed, self.filtering, held_out)
+        return Trial(servos.source, self.arm, runs, self.commands, servos.held)
+
+    def without(self, diagnosis: Diagnosis, faults: Sequence[Finding]) -> "_Case":
+        """The case without these findings about the measurement in the replayed runs."""
+        if diagnosis.evidence is None:
+            return self
+        measurements = as_found(diagnosis.evidence, faults).model.measurements
+        replayed = [
+            (role, replace(run, model=replace(run.model, measurements=measurements)))
+            for role, run in self.replayed
+        ]
+        return replace(self, replayed=replayed)
+
+
+def _case(
+    source: Source, model: Model, recordings: Recordings, commands: str, filtering: Filtering, judge: Judge
+) -> _Case:
+    """The case of a file, an arm and runs, with the laws of MuJoCo."""
+    compiled, joints = compile_mjcf(source.text.decode(), source.folder), model.robot.joints
+    runs = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
+    # Simulations take the commands of the log. Its effort counts only if torque is commanded.
+    replayed = [(role, with_servo_torque(compiled, run, joints)) for role, run in runs]
+    commanded = what_is_commanded(compiled, [run for _, run in replayed], joints, commands)
+    arm = with_solver_friction(_by_servos_of_file(model), compiled)
+    return _Case(source, arm, runs, replayed, commanded, filtering, judge)
+
+
 def _by_servos_of_file(model: Model) -> Model:
     """The arm without stated servos: those of a proposed robot file have gains of 1, which nobody knows."""
     return replace(model, robot=replace(model.robot, servo=None))
@@ -159,11 +194,11 @@ def _by_servos_of_file(model: Model) -> Model:
 def _diagnosed(
     servos: ServoStage,
     model: Model,
-    recordings: Sequence[tuple[str, Recording]],
+    recordings: Recordings,
     filtering: Filtering,
     progress: Callable[[str], None],
     as_recorded: bool,
-) -> tuple[Diagnosis, list[tuple[str, Recording]]]:
+) -> tuple[Diagnosis, Recordings]:
     """Diagnosis, and the recordings to which it applies: with the torque of the servos if none was logged.
 
     Logs without effort are checked with the torque of a real servo: MuJoCo's steps change the effect of its

@@ -24,12 +24,11 @@ from ..fit.needed_changes import needed_changes
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..progress import StageText
-from ..recordings.recording import Recording
 from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
 from .distances import Distances, Gain, Judge
 from .replay import TORQUE
-from .trial import Trial
+from .trial import Recordings, Trial
 
 NUMBERS = "numbers of the file (masses, inertia, armature, damping, friction)"
 NEGLIGIBLE = "its size, fitted together with the others, cannot be told from zero"
@@ -65,7 +64,7 @@ class Ladder:
     """Sequence of findings, each added to those kept before it."""
 
     trial: Trial  # the file, and the runs that judge
-    recordings: Sequence[tuple[str, Recording]]  # role and recording of each run
+    recordings: Recordings  # role and recording of each run
     filtering: Filtering  # filters
     diagnosis: Diagnosis  # diagnosis of the recordings
     faults: Sequence[Finding]  # findings about the measurement, which every fit includes

@@ -23,7 +23,7 @@ from .joint_numbers import DELAY, KP, LIMIT, JointNumbers, ServoChange, servo_ch
 from .ladder import FARTHER
 from .replay import POSITION
 from .simulated_numbers import simulated_numbers
-from .trial import Source, Trial, simulated_runs
+from .trial import Recordings, Source, Trial, simulated_runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +48,11 @@ def unchanged(source: Source, model: Model) -> ServoStage:
 
 
 def servo_stage(
-    source: Source,
-    model: Model,
-    recordings: Sequence[tuple[str, Recording]],
-    raw: Sequence[tuple[str, Recording]],
-    filtering: Filtering,
-    judge: Judge,
+    source: Source, model: Model, recordings: Recordings, raw: Recordings, filtering: Filtering, judge: Judge
 ) -> ServoStage:
     """Identify the servos from the runs that are not held out, and write what differs into the file.
 
-    Runs are a role and a recording each; those in `raw` have a torque. The judge decides on the held-out runs
+    Those in `raw` have a torque. The judge decides on the held-out runs
     whether the changes are written.
     """
     used = [run for role, run in recordings if role != HELD_OUT and "command" in run.signals]
