@@ -160,11 +160,11 @@ class Judge:
         and its rms error by more than `MATERIAL`.
         """
         before, after = self._squares(first, first), self._squares(second, first)
-        diverged = [not np.all(np.isfinite(squares)) for squares in (before, after)]
-        if any(diverged):
-            return {(1, 1): Gain.SAME, (1, 0): Gain.BETTER, (0, 1): Gain.WORSE}[
-                int(diverged[0]), int(diverged[1])
-            ]
+        converged = [bool(np.all(np.isfinite(squares))) for squares in (before, after)]
+        if not any(converged):
+            return Gain.SAME
+        if not all(converged):
+            return Gain.WORSE if converged[0] else Gain.BETTER
         growth = after - before
         spread = float(np.std(growth)) / np.sqrt(len(growth))
         ratio = np.sqrt(float(np.mean(after)) / max(float(np.mean(before)), np.finfo(float).tiny))
