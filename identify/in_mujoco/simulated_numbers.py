@@ -105,9 +105,9 @@ class _Search:
         common = self.fits.fitted(start, free, tied)
         if KP not in self.known:
             # Other masses may stand for the stiffness of a servo that changes little.
-            few = np.abs(np.log(common[KP] / self.file[KP])) < MOST
+            near = np.abs(np.log(common[KP] / self.file[KP])) < MOST
             runs, model = self.training.runs, self.training.model
-            self.doubtful = few & joints_with_other_masses(runs, model, common[DELAY])
+            self.doubtful = near & joints_with_other_masses(runs, model, common[DELAY])
         if np.any(self.doubtful):
             free = self._rows(KP, DELAY, *FRICTION)
             common = self.fits.fitted(np.where(free, common, self.file), free, tied)
