@@ -99,15 +99,12 @@ class Pause:
 
     The host was paused, suspended or too busy. The next command could switch the drives on again. `patience`
     is the silence after which they stop [s].
-
-    Attributes:
-        count: Number of such pauses.
-        seconds: Duration of the first pause [s]; 0.0 without pauses.
     """
 
     def __init__(self, patience: float, clock: Clock = HOST) -> None:
-        self._clock = clock
-        self.patience, self.count, self.seconds = patience, 0, 0.0
+        self._clock, self.patience = clock, patience
+        self.count = 0  # number of such pauses
+        self.seconds = 0.0  # duration of the first pause [s]; 0.0 without pauses
         self._limit, self._last = EARLY * patience * 1e9, 0
 
     def begin(self) -> None:

@@ -7,9 +7,8 @@ from itertools import accumulate, pairwise
 import numpy as np
 import pinocchio as pin
 
-from .arm.motion import Motion
+from .arm.motion import Motion, tangent
 from .arm.robot import Robot
-from .arm.tangent import tangent
 from .effects import Effect, MotionGradient, Parameter, Prior
 from .effects.rigid_body import usual_body
 from .errors import RobotError, WrongShape

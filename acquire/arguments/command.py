@@ -128,21 +128,13 @@ class WrongUse(Exception):
 
 
 def refuse_with(option: str, args: Namespace, others: Iterable[Option]) -> None:
-    """Refuse options of the command line that an option excludes.
-
-    Raises:
-        WrongUse: One of the others has another value than its default.
-    """
+    """Raise `WrongUse` if an option that this one excludes has another value than its default."""
     for name in _stated(args, others):
         raise WrongUse(f"{option} and {name} cannot be used together")
 
 
 def refuse_without(option: str, args: Namespace, others: Iterable[Option]) -> None:
-    """Refuse options of the command line that only have a meaning with an option that is absent.
-
-    Raises:
-        WrongUse: One of the others has another value than its default.
-    """
+    """Raise `WrongUse` if an option has another value than its default without the one that it needs."""
     for name in _stated(args, others):
         raise WrongUse(f"{name} is only used with {option}")
 

@@ -105,48 +105,45 @@ def joint_values(values: Sequence[float] | None, joints: int, option: str) -> np
     return np.broadcast_to(np.array(values), (joints,)).copy()
 
 
-def require_file(path: Path, option: str, read: Iterable[Path | str] = ()) -> None:
+def require_file(path: Path | None, option: str, read: Iterable[Path | str | None] = ()) -> None:
     """Check that the result of an option can be written, before any work is done for it, and make its folder.
+
+    An option that is absent, here or among the read files, is None.
 
     Raises:
         OSError: If it is a folder, is among the read files, or cannot be made; the message names the option.
     """
+    if path is None:
+        return
     require_apart(path, option, read)
     if path.parent.exists() and not path.parent.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, f"{option}: this is a file, not a folder", str(path.parent))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        raise OSError(error.errno, f"{option} cannot be written: {error.strerror}", str(path)) from error
+    _make_writable(path.parent, option, path)
 
 
-def require_apart(path: Path, option: str, read: Iterable[Path | str]) -> None:
-    """Check that a result is not a folder, and does not overwrite a file that the command reads.
-
-    Raises:
-        OSError: If it is or does; the message names the option.
-    """
+def require_apart(path: Path, option: str, read: Iterable[Path | str | None]) -> None:
+    """Raise `OSError` with the option if a result is a folder or would overwrite a file that is read."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, f"{option} needs a file, this is a folder", str(path))
-    if path.exists() and any(Path(source).exists() and path.samefile(source) for source in read):
+    sources = [source for source in read if source and Path(source).exists()]
+    if path.exists() and any(map(path.samefile, sources)):
         raise FileExistsError(
             errno.EEXIST, f"{option} would overwrite a file that is read; name another", str(path)
         )
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of the results, before any work is done for them.
-
-    Raises:
-        OSError: If it cannot be made or written to; the message names the option.
-    """
+    """Make the folder of the results, before any work is done for them; `OSError` names the option."""
     if folder.exists() and not folder.is_dir():
         raise FileExistsError(errno.EEXIST, "this file exists; --output needs a folder", str(folder))
+    _make_writable(folder, "--output", folder)
+
+
+def _make_writable(folder: Path, option: str, path: Path) -> None:
+    """Make a folder in which a file can be written; an error names the path of the option."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise OSError(error.errno, f"--output cannot be written: {error.strerror}", str(folder)) from error
+        raise OSError(error.errno, f"{option} cannot be written: {error.strerror}", str(path)) from error

@@ -58,11 +58,7 @@ STOPS = (
 
 
 def require_mock(args: Namespace, driver: str) -> None:
-    """Raise if --plant comes with a driver of a real arm.
-
-    Raises:
-        NotAllowed: If it does.
-    """
+    """Raise `NotAllowed` if --plant comes with a driver of a real arm."""
     if args.plant and driver != "mock":
         raise NotAllowed(
             f"--plant is the true arm of the mock, but driver {driver} moves a real arm. Omit one of them"

@@ -64,7 +64,11 @@ def run_command(name: str, arguments: Sequence[str]) -> int:
         result = chosen.run(args)
     except WrongUse as error:
         parser.error(str(error))
-    return (result or DONE) if isinstance(result, int | None) else int(result.deliver(args))
+    if isinstance(result, int):
+        return result
+    if result is not None:
+        result.deliver(args)
+    return DONE
 
 
 def _fit_to_terminal() -> None:

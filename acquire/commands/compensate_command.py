@@ -4,8 +4,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from exidyn.identification.arm.robot import Robot
-from exidyn.identification.arm.servo_law import ServoLaw
+from exidyn.identification.arm.robot import Robot, ServoLaw
 from exidyn.identification.errors import FitError
 from exidyn.identification.feedforward.cpp_file import cpp_file
 from exidyn.identification.feedforward.feedforward import (

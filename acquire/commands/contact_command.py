@@ -13,12 +13,11 @@ from exidyn.identification.file_names import write_whole
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.notebook import counted
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.text_table import digits, paragraph, table
 
 from ..arguments import options
 from ..arguments.command import Command, Option
-from ..files.given_runs import single_recording
+from ..files.given_runs import read_runs, single_recording
 from .result import Result, later
 
 SHORT = 0.2
@@ -53,20 +52,15 @@ is refused otherwise.""",
 def contact_command(args: Namespace) -> Result:
     """Print the contacts, and write the estimates."""
     fit = read_fit(args.fit)
-    if args.save:
-        options.require_file(args.save, "--save", [args.run, args.fit, *args.free])
-    if args.output is not None:
-        if args.output.suffix != ".csv":
-            raise RecordingError(f"--output {args.output}: the name must end in .csv")
-        options.require_file(args.output, "--output", [args.run, args.fit, *args.free])
+    options.require_file(args.save, "--save", [args.run, args.fit, *args.free])
+    if args.output is not None and args.output.suffix != ".csv":
+        raise RecordingError(f"--output {args.output}: the name must end in .csv")
+    options.require_file(args.output, "--output", [args.run, args.fit, *args.free])
     if any(path.exists() and args.run.exists() and path.samefile(args.run) for path in args.free):
         raise RecordingError(f"{args.run} is given with --free too; judge it by other runs without contact")
     run = single_recording(args.run, fit.model)
-    free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    result = contact(fit, run, free, args.payload, args.alarms_per_hour)
-    if args.output is not None:
-        write_whole(args.output, _csv(fit, result))
-    written = [] if args.output is None else [args.output]
+    result = contact(fit, run, read_runs(args.free, fit.model), args.payload, args.alarms_per_hour)
+    written = [] if args.output is None else [write_whole(args.output, _csv(fit, result))]
     view = later("contact_view", result, torque_unit(fit))
     return Result("\n".join(_page(fit, result)), _table(fit, result, written), written, view=view)
 
@@ -83,14 +77,8 @@ def _page(fit: Fit, result: Contact) -> list[str]:
         return [*_torques(fit, result), "", *force]
     lines = paragraph(_words(result))
     if result.alarms:
-        head = [
-            "from [s]",
-            "to [s]",
-            "joint",
-            f"torque [{torque_unit(fit)}]",
-            "times threshold",
-            "force x y z [N]",
-        ]
+        torque = f"torque [{torque_unit(fit)}]"
+        head = ["from [s]", "to [s]", "joint", torque, "times threshold", "force x y z [N]"]
         rows = [_row(fit, alarm) for alarm in result.alarms]
         lines += ["", *table(head, rows, left=(2, 5)), ""]
         lines += paragraph("torque, force: of the joint and on the flange, at the peak of the contact.")
@@ -149,17 +137,6 @@ def _row(fit: Fit, alarm: Alarm) -> list[str]:
 def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
     """Content of the JSON."""
     threshold, robot = result.threshold, fit.model.robot
-    alarms = [
-        {
-            "start": alarm.start,
-            "end": alarm.end,
-            "joint": robot.joints[alarm.joint],
-            "torque": alarm.torque,
-            "over_threshold": alarm.score,
-            "force": _force_at(fit, alarm),
-        }
-        for alarm in result.alarms
-    ]
     return {
         "exidyn_contact": 1,
         "run": result.run,
@@ -169,7 +146,17 @@ def _table(fit: Fit, result: Contact, written: list[Path]) -> dict[str, Any]:
         "free_hours": None if threshold is None else threshold.hours,
         "torque_rms": np.sqrt(np.nanmean(result.estimates.torque**2, axis=0)),
         "force_mean": _mean_force(result),
-        "alarms": alarms,
+        "alarms": [
+            {
+                "start": alarm.start,
+                "end": alarm.end,
+                "joint": robot.joints[alarm.joint],
+                "torque": alarm.torque,
+                "over_threshold": alarm.score,
+                "force": _force_at(fit, alarm),
+            }
+            for alarm in result.alarms
+        ],
         "written": [str(path) for path in written],
     }
 

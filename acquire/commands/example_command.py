@@ -12,9 +12,8 @@ from exidyn.identification.errors import ExidynError
 
 from ..arguments.command import Command, Option, any_number, name_lines, valid_if
 from ..arguments.options import output_option
-from ..examples import example_files, example_gains, example_real
-from ..examples.example_arm import ExampleArm, Step
-from ..examples.example_real import RecordedArm
+from ..examples import example_files, example_runs
+from ..examples.example_runs import ExampleArm, RecordedArm, Step
 from . import run_command
 
 SHORTEST = 20.0
@@ -40,18 +39,18 @@ NAMED = {
         "nominal drive gains that are 10 % too large: excite, record, identify",
         Path("exidyn-example"),
         54.0,
-        example_gains.arm,
-        example_gains.outcome,
-        example_gains.steps,
+        example_runs.gains_arm,
+        example_runs.gains_outcome,
+        example_runs.gains_steps,
     ),
     "real": Example(
         "recordings of a KUKA KR300 whose description lacks the counterbalance of joint 2: diagnose",
         Path("exidyn-example-real"),
         20.0,
-        example_real.RecordedArm,
-        example_real.outcome,
-        example_real.steps,
-        example_real.FILES,
+        RecordedArm,
+        example_runs.real_outcome,
+        example_runs.real_steps,
+        example_runs.FILES,
     ),
     "files": Example(
         "robot.toml and log.csv of a simulated arm, to try commands on; runs nothing",

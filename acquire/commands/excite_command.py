@@ -54,7 +54,11 @@ SEARCH = 60.0
 """Default search time [s]."""
 STAGES = {"make": 0.01, "torque": 0.6, "check": 0.39}
 """Stages of a run made by rule, and their shares of the time."""
-IDENTIFY_ONLY = (
+COM = Option(
+    "--com X Y Z", "center of mass in the flange frame [m]; once for each mass", any_number, [], repeated=True
+)
+AGAINST = Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT")
+GOAL = (
     Option(
         "--shapes EFFECT...",
         "effects whose shapes are also unknown, such as stribeck_friction",
@@ -67,6 +71,7 @@ IDENTIFY_ONLY = (
         any_number,
         [],
     ),
+    COM,
     Option(
         "--focus NAME...",
         "the only parameters that matter: gain Kr, or in words 'K_r, friction of joint 2'",
@@ -74,13 +79,10 @@ IDENTIFY_ONLY = (
         [],
     ),
     Option("--after FIT", "fit.json of earlier runs, which the new run complements", Path),
+    AGAINST,
 )
-"""Options that only apply to runs for identification."""
-AGAINST = Option("--against ROBOT", "another model of the same arm, to be distinguished from ROBOT")
-COM = Option(
-    "--com X Y Z", "center of mass in the flange frame [m]; once for each mass", any_number, [], repeated=True
-)
-GOAL = (*IDENTIFY_ONLY[:2], COM, *IDENTIFY_ONLY[2:], AGAINST)
+IDENTIFY_ONLY = [option for option in GOAL if option not in (COM, AGAINST)]
+"""Options that only apply to runs for identification; --com without --mass has an error of its own."""
 LENGTH = Option("--length S", f"duration with rests and leads; default: {Wishes.seconds:g}", any_number)
 MOTION = (
     Option(
@@ -154,13 +156,13 @@ def excite_command(args: Namespace) -> Result:
         raise WrongUse("give ROBOT, or --show TRAJECTORY to show a planned motion")
     refuse_without("--show TRAJECTORY", args, SHOWN)
     _require_together(args)
+    args.search = SEARCH if args.search is None else args.search
     path = args.output or Path(TRAJECTORY)
-    read = [args.robot, *(file for file in (args.against, args.after, args.cell) if file)]
-    options.require_file(path, "--output", read)
+    options.require_file(path, "--output", [args.robot, args.against, args.after, args.cell])
     model = read_model(args.robot)
     searched = args.kind == OPTIMIZED
-    timed = searched and args.iterations is None
-    with Stopwatch({} if searched else STAGES, _search_time(args) if timed else 0.0) as progress:
+    search_time = args.search if searched and args.iterations is None else 0.0
+    with Stopwatch({} if searched else STAGES, search_time) as progress:
         motion, distinguished = _planned(args, model, progress)
         loaded, _ = with_bodies(model, _bodies(args))
         progress(StageText("torque", f"compute the torque of its {motion.trajectory.duration:.0f} s"))
@@ -177,7 +179,7 @@ def excite_command(args: Namespace) -> Result:
         table["expected"] = asdict(expected)
     file, robot = shlex.quote(str(path)), shlex.quote(args.robot)
     following = [f"excite {robot} --show {file}", f"record {file} --robot {robot}"]
-    return Result(plan_document(motion, uses, beyond, remarks), table, [path], following)
+    return Result(plan_document(motion, uses, beyond, remarks), table, [path], next=following)
 
 
 def _require_together(args: Namespace) -> None:
@@ -224,15 +226,11 @@ def _search(
         wishes,
         goal=goal,
         seed=args.seed,
-        seconds=_search_time(args),
+        seconds=args.search,
         iterations=args.iterations,
         progress=progress,
     )
     return motion
-
-
-def _search_time(args: Namespace) -> float:
-    return SEARCH if args.search is None else float(args.search)
 
 
 def _against(args: Namespace, model: Model, wishes: Wishes, progress: Progress) -> tuple[Plan, list[str]]:

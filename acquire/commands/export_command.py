@@ -80,7 +80,7 @@ def export_command(args: Namespace) -> Result:
             patched = _patched(args, portable)
             missing, content, changes = list(patched.left_out), patched.text, patched.changes
             path = args.output or args.patch.with_stem(f"{args.patch.stem}-identified")
-    require_file(path, "--output", [args.arm, *([args.patch] if args.patch else [])])
+    require_file(path, "--output", [args.arm, args.patch])
     write_whole(path, content)
     table = {
         "exidyn_export": 1,

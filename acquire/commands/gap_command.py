@@ -6,7 +6,6 @@ from typing import Any
 
 from exidyn.identification.diagnosis.findings.finding import Hypothesis
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.document.html import html
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_servos import with_motors
 from exidyn.identification.file_names import read_failure, write_whole
@@ -80,8 +79,7 @@ of the file's position servos.""",
 def gap_command(args: Namespace) -> Result:
     """Simulate and diagnose, write and print the results."""
     options.make_folder(args.output)
-    if args.save:
-        options.require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
+    options.require_file(args.save, "--save", [args.arm, *args.runs, *args.validate])
     try:
         source = Source(args.arm.read_bytes(), str(args.arm.resolve().parent), str(args.arm))
     except OSError as error:
@@ -95,11 +93,8 @@ def gap_command(args: Namespace) -> Result:
         filtering = Filtering(None, args.position_cutoff, args.torque_cutoff, args.standstill)
         result = gap(source, model, runs, args.commands or "", filtering, progress, args.as_recorded)
     written = _write(result, args, original)
-    table = _table(result, written)
-    report = args.output / "report.html"
-    document = gap_document(result, written)
-    report.write_text(html(document), encoding="utf-8")
-    return Result(document, table, [report], view=later("gap_view", result, model))
+    document, report = gap_document(result, written), args.output / "report.html"
+    return Result(document, _table(result, written), report=report, view=later("gap_view", result, model))
 
 
 def _read(args: Namespace) -> tuple[Model, list[tuple[str, Recording]]]:

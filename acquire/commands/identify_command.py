@@ -5,7 +5,6 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.document.html import html
 from exidyn.identification.fit.estimators import ESTIMATORS
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.fit_file import fit_text, write_fit
@@ -15,13 +14,12 @@ from exidyn.identification.model import Model
 from exidyn.identification.pages.fit_document import fit_document
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments import options
 from ..arguments.command import Command, Option, table_help
-from ..files.given_runs import PAYLOADS, carrying, diagnose_words, distinct_bodies
+from ..files.given_runs import PAYLOADS, carrying, diagnose_words, distinct_bodies, read_runs
 from ..terminal.stopwatch import Stopwatch
 from .import_command import DEGREES, UNITS, import_options
 from .result import Result, later
@@ -76,8 +74,7 @@ STAGES = {
 def identify_command(args: Namespace) -> Result:
     """Identify, print and write the fit."""
     options.make_folder(args.output)
-    if args.save:
-        options.require_file(args.save, "--save", [*args.runs, *args.validate])
+    options.require_file(args.save, "--save", [*args.runs, *args.validate])
     model = read_model(args.robot) if args.robot else None
     with Stopwatch(STAGES) as progress:
         progress(StageText("read", "read the recordings"))
@@ -95,10 +92,8 @@ def identify_command(args: Namespace) -> Result:
         )
     file, report = args.output / "fit.json", args.output / "report.html"
     write_fit(fit, file)
-    document = fit_document(fit)
-    report.write_text(html(document), encoding="utf-8")
     following = [_next(args, fit, file)]
-    return Result(document, fit_text(fit), [file, report], following, later("fit_view", fit))
+    return Result(fit_document(fit), fit_text(fit), [file], report, following, later("fit_view", fit))
 
 
 def _next(args: Namespace, fit: Fit, file: Path) -> str:
@@ -112,13 +107,13 @@ def _next(args: Namespace, fit: Fit, file: Path) -> str:
 def _recordings(args: Namespace, model: Model | None) -> tuple[list[Recording], list[Recording]]:
     """Runs to fit and held-out runs, by the roles that recordings state."""
     options = import_options(args)
-    read = [recording for path in args.runs for recording in import_source(path, model, **options)]
+    read = read_runs(args.runs, model, **options)
     held_out = [recording for recording in read if recording.settings.get("role") == HELD_OUT]
     runs = [recording for recording in read if recording.settings.get("role") != HELD_OUT]
     if not runs:  # if all are validation runs, they are meant to be fitted
         runs, held_out = held_out, []
-    for run in args.payload:
-        runs += [carrying(recording, run) for recording in import_source(run.path, model, **options)]
-    held_out += [recording for path in args.validate for recording in import_source(path, model, **options)]
+    for loaded in args.payload:
+        runs += [carrying(run, loaded) for run in read_runs([loaded.path], model, **options)]
+    held_out += read_runs(args.validate, model, **options)
     recordings = distinct_bodies([*runs, *held_out])
     return recordings[: len(runs)], recordings[len(runs) :]

@@ -155,13 +155,11 @@ def import_command(args: Namespace) -> Result:
     tables = []
     for path, recording in written.items():
         write_recording(recording, path)
-        print("".join(line + "\n" for line in warning_lines(recording)), end="", file=sys.stderr)
-        for doubt in _servo_doubts(args, recording):
-            print(f"warning: {recording.name}: {doubt}", file=sys.stderr)
         suspicion = suspect([recording], recording.model) if model is not None else None
-        if suspicion is not None:
-            print(f"warning: {recording.name}: {suspicion}", file=sys.stderr)
-        suspected = None if suspicion is None else asdict(suspicion)
+        doubts = filter(None, [*_servo_doubts(args, recording), suspicion])
+        for line in [*warning_lines(recording), *(f"warning: {recording.name}: {doubt}" for doubt in doubts)]:
+            print(line, file=sys.stderr)
+        suspected = suspicion and asdict(suspicion)
         tables.append(recording_table(recording) | {"written": str(path), "suspicion": suspected})
     page = "\n".join(_line(recording, path) for path, recording in written.items())
     return Result(page, {"exidyn_import": 1, "recordings": tables})

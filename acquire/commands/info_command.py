@@ -5,14 +5,14 @@ from argparse import Namespace
 from pathlib import Path
 
 from exidyn.identification.errors import RecordingError
-from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.mcap.mcap_recover import recover
+from exidyn.identification.recordings.mcap.mcap_records import recover
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import paragraph
 
 from ..arguments.command import Command, Option, refuse_with, refuse_without
 from ..arguments.options import FULL, JSON, output_option, require_file, robot_option
 from ..arguments.parser import DONE, LOST
+from ..files.given_runs import read_runs
 from ..terminal.recording_text import recording_table, recordings_document
 from .result import Result
 
@@ -43,7 +43,7 @@ def info_command(args: Namespace) -> Result | int:
         return _repair(args.runs, args.output)
     refuse_without("--repair", args, [OUTPUT])
     model = read_model(args.robot) if args.robot else None
-    recordings = [recording for path in args.runs for recording in import_source(path, model)]
+    recordings = read_runs(args.runs, model)
     table = {"exidyn_info": 1, "recordings": [recording_table(recording) for recording in recordings]}
     return Result(recordings_document(recordings), table)
 

@@ -32,7 +32,7 @@ from exidyn.identification.plausible.suspicion import DECIDED
 from exidyn.identification.recordings.bags.ros2_bag import joints_of_bag
 from exidyn.identification.recordings.importers import import_source, is_table, kind_of, read_tables
 from exidyn.identification.recordings.incomplete_samples import NEEDED
-from exidyn.identification.recordings.recording import EFFORT, Recording
+from exidyn.identification.recordings.recording import EFFORT
 from exidyn.identification.recordings.tables.column_names import joints_named
 from exidyn.identification.recordings.tables.columns import Columns, Names, own_time
 from exidyn.identification.recordings.tables.preset import BESIDE
@@ -155,11 +155,14 @@ def _init(args: Namespace, progress: Progress) -> Result:
     if still.position:
         proposal = without_still(proposal, model.robot, still)
         model = read_model(args.robot, moving, still.position)
-    kept = moving if fixed_joints else ()
-    texts = {args.output: robot_toml(proposal, model, urdf, log.name, kept, still.position)}
+    stated_joints = moving if fixed_joints else ()
+    texts = {args.output: robot_toml(proposal, model, urdf, log.name, stated_joints, still.position)}
     if tables is not None:
         texts[preset] = preset_toml(proposal, log.name, args.rate, still)
-    _require_free(texts, args)
+    for path in texts:
+        require_file(path, "--output" if path == args.output else "--preset", [*args.logs, args.robot])
+        if path.exists() and not args.force:
+            raise FileExistsError(17, "this file exists; --force overwrites it", str(path))
     for path, text in texts.items():
         write_whole(path, text)
     progress("import the log as proposed")
@@ -175,7 +178,7 @@ def _result(args: Namespace, proposal: Proposal, preset: Path | None, written: l
     said = [proposal_text(proposal), f"import refuses the log: {refusal}" if refusal else first]
     go_on = "" if refusal else f"exidyn {following[0]}"
     content = as_json(proposal, list(map(str, written)), go_on) | {"refusal": refusal}
-    return Result("\n\n".join(filter(None, said)), content, written, [] if refusal else following)
+    return Result("\n\n".join(filter(None, said)), content, written, next=[] if refusal else following)
 
 
 def _refusal(args: Namespace, proposal: Proposal, preset: Path | None) -> str:
@@ -221,8 +224,8 @@ class Tables(NamedTuple):
 
 def _tables(args: Namespace, chosen: Mapping[str, Names]) -> Tables | None:
     """The longest table of each log; None for logs that are not tables."""
-    found = {log: read_tables(log) if is_table(log) else [] for log in args.logs}
-    others = [log for log, tables in found.items() if not tables]
+    tables_of = {log: read_tables(log) if is_table(log) else [] for log in args.logs}
+    others = [log for log, tables in tables_of.items() if not tables]
     if others:
         options = {"--columns": chosen, "--rate": args.rate, "--units": args.units, "--degrees": args.degrees}
         if stated := [option for option, value in options.items() if value]:
@@ -232,13 +235,14 @@ def _tables(args: Namespace, chosen: Mapping[str, Names]) -> Tables | None:
         if len(others) < len(args.logs):
             raise RecordingError(f"{others[0]} is not a table like the other logs; give logs of one kind")
         return None
-    longest = [_longest(log, tables, args.rate, chosen) for log, tables in found.items()]
+    longest = [_longest(log, tables, args.rate, chosen) for log, tables in tables_of.items()]
     _require_same(args.logs, [table.names for table in longest])
     values = np.concatenate([table.values for table in longest])
     return Tables(longest[0]._replace(values=values, lines=None), [len(table.values) for table in longest])
 
 
 def _longest(log: Path, tables: Sequence[Table], rate: float | None, chosen: Mapping[str, Names]) -> Table:
+    """The longest table of a log; with a sampling rate [Hz], with a column of time."""
     table = max(tables, key=lambda table: table.values.size)
     if rate is None:
         return table
@@ -284,7 +288,7 @@ def _proposal(
         values = tables.divided(log.values)
         proposal = log.restored(propose(log.names, values, model, tables.table.joints, stated, str(logs[0])))
         return replace(proposal, notes=(*proposal.notes, *_damaged(proposal, tables.table)))
-    columns = [_columns(max(_runs(log, model), key=lambda run: run.duration)) for log in logs]
+    columns = [_columns(log, model) for log in logs]
     _require_same(logs, [names for names, _ in columns])
     proposal = propose(columns[0][0], [values for _, values in columns], model, source=str(logs[0]))
     proposal = proposal.by_gains()
@@ -293,15 +297,11 @@ def _proposal(
     return replace(proposal, guesses=tuple(guesses))
 
 
-def _runs(log: Path, model: Model) -> list[Recording]:
-    runs = import_source(log, model)
-    if not runs:
+def _columns(log: Path, model: Model) -> tuple[list[str], np.ndarray]:
+    """The longest recording of a log as named columns, at the times of its positions."""
+    if not (runs := import_source(log, model)):
         raise RecordingError(f"{log} contains no runs")
-    return runs
-
-
-def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
-    """A recording as named columns, at the times of its positions."""
+    run = max(runs, key=lambda run: run.duration)
     time = run.signals["position"].time
     names, columns = ["time [s]"], [time]
     for signal in ("position", "velocity", *EFFORT):
@@ -311,14 +311,6 @@ def _columns(run: Recording) -> tuple[list[str], np.ndarray]:
             names += [f"{joint} {signal}{unit}" for joint in run.robot.joints]
             columns += [np.interp(time, known.time, values) for values in known.values.T]
     return names, np.column_stack(columns)
-
-
-def _require_free(texts: dict[Path, str], args: Namespace) -> None:
-    """Raise if a file cannot be written or would be overwritten."""
-    for path in texts:
-        require_file(path, "--output" if path == args.output else "--preset", [*args.logs, args.robot])
-        if path.exists() and not args.force:
-            raise FileExistsError(17, "this file exists; --force overwrites it", str(path))
 
 
 def _next_command(args: Namespace, log: Path, proposal: Proposal, preset: Path | None) -> str:

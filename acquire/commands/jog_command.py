@@ -3,10 +3,7 @@
 import shlex
 import sys
 from argparse import Namespace
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -14,18 +11,16 @@ from exidyn.drivers import Driver, Info
 from exidyn.drivers.values import checked
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import UnknownJoint
-from exidyn.identification.model import Model
-from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.robot_files.robot_file import read_model
 
 from ..arguments import run_options
 from ..arguments.command import Command, Group, Option, number
 from ..arguments.options import BODY, FULL, JSON, output_option, robot_option
 from ..arguments.parser import DONE, WRONG
-from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded
+from ..files.recorded_run import free_path, report_run, run_head, run_recorded
 from ..jog import jog_text
 from ..jog.effort import flange_travel
-from ..jog.judgements import Judgement, Verdict, judge
+from ..jog.judgements import Verdict, judge
 from ..jog.there_and_back import (
     MOST_SLIDE,
     MOST_TURN,
@@ -41,10 +36,10 @@ from ..jog.there_and_back import (
 from ..run.arms import make_driver, standing_arm, with_body
 from ..run.before import StartRules
 from ..run.errors import NotAllowed, print_line
-from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job, Outcome
+from ..run.perform import LISTEN_TIME, MIN_SAMPLES, Job
 from ..run.recorder import require_free
+from ..run.stopping.watch import WatchLimits
 from ..terminal import run_summary
-from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
 
@@ -52,35 +47,6 @@ SLIPPED = "It moved when its drives were powered: check its brakes, and gains an
 ADVICE = "; the joint moves slowly, and Ctrl-C stops it."
 GENTLE = 0.05
 """Share of the limits for the approach of less than half a degree to the start of the motion [-]."""
-
-
-@dataclass
-class Jog:
-    """A requested jog."""
-
-    model: Model  # nominal model with the payload
-    travel: Travel  # travel of the joint
-    args: Namespace  # parsed command line
-    driver: Driver  # driver that is not open yet
-
-    def job(self, info: Info) -> Job:
-        """The job from the arm's current position; its drives are not powered yet.
-
-        Raises:
-            NotAllowed: If the controller takes no commands.
-            CannotStart: If the joint would leave its limits, or its position is unknown.
-        """
-        robot = self.model.robot
-        if info.listens:
-            raise NotAllowed("the controller only sends (ONLYSEND), so that no joint can be jogged")
-        position = _standing(self.driver, info)
-        require_room(robot, self.travel, position)
-        flange = flange_travel(robot, position, self.travel)
-        print_line(jog_text.before_motion(robot, self.travel, position, flange))
-        limits = run_limits(robot)
-        watch, current = run_options.stop_limits(self.args, robot)
-        motion = there_and_back(position, self.travel, limits, info.cycle)
-        return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), watch, current)
 
 
 @Command(
@@ -125,28 +91,30 @@ def jog_command(args: Namespace) -> int:
     nominal = read_model(args.robot)
     model = with_body(nominal, payload)
     travel = _travel(args, model.robot)
-    run_options.stop_limits(args, model.robot)  # reports errors in its options before the confirmation
+    stops = run_options.stop_limits(args, model.robot)
     name, settings = run_options.read_controller(args.controller, args.driver, args.set)
-    driver = _driver(args, name, settings, model, payload)
+    run_options.require_mock(args, name)
+    real = with_body(read_model(args.plant), payload) if args.plant else model
+    plant = standing_arm(model.robot, real, args.seed, payload.name if payload else "")
+    driver = make_driver(name, settings, model.robot, plant)
     path = free_path(args.output, "jog")
     require_free(path)
     require_attended(driver.simulated, args.yes)
     print(jog_text.before(model.robot, travel, run_options.run_facts(args, name, path)), file=sys.stderr)
     confirm(driver.simulated, args.yes, ADVICE)
-    jog = Jog(model, travel, args, driver)
-    sink = MemorySink()
+    job, sink = partial(_job, model.robot, travel, stops, driver), MemorySink()
     joint, unit = model.robot.joints[travel.joint], "rad" if model.robot.revolute[travel.joint] else "m"
     distance = f"{joint} by {travel.distance:g} {unit} and back"
     head = partial(run_head, name=path.stem, model=nominal, driver=name, payload=payload, jog=distance)
     progress = partial(start_progress, duration(travel))
-    outcome, recorder = run_recorded(driver, jog.job, path, head, progress, [sink])
+    outcome, recorder = run_recorded(driver, job, path, head, progress, [sink])
     judgements = judge(sink.course(), travel, model, payload.name if payload else "")
-    _report(jog, outcome, judgements, path)
-    print_where(recorder, path, f"info {shlex.quote(str(path))}")
-    alarm(outcome.unsafe)
-    if (code := code_of(outcome)) != DONE:
-        return code
-    return WRONG if any(judgement.verdict is Verdict.WRONG for judgement in judgements) else DONE
+    page = "\n".join([run_summary.after(outcome, args.full), jog_text.after(model.robot, travel, judgements)])
+    run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
+    table = {"exidyn_jog": 1, **jog_text.json_table(model.robot, travel, judgements), **run}
+    code = report_run(outcome, recorder, path, f"info {shlex.quote(str(path))}", page, table, args.json)
+    wrong = any(judgement.verdict is Verdict.WRONG for judgement in judgements)
+    return WRONG if code == DONE and wrong else code
 
 
 def _travel(args: Namespace, robot: Robot) -> Travel:
@@ -171,14 +139,23 @@ def _joint(name: str, robot: Robot) -> int:
     raise UnknownJoint(name, f"{robot.name} (numbers 1 to {robot.dof})", robot.joints)
 
 
-def _driver(
-    args: Namespace, name: str, settings: dict[str, object], model: Model, payload: KnownPayload | None
-) -> Driver:
-    """The driver; the mock gets a simulated arm."""
-    run_options.require_mock(args, name)
-    real = with_body(read_model(args.plant), payload) if args.plant else model
-    plant = standing_arm(model.robot, real, args.seed, payload.name if payload else "")
-    return make_driver(name, settings, model.robot, plant)
+def _job(
+    robot: Robot, travel: Travel, stops: tuple[WatchLimits, np.ndarray | None], driver: Driver, info: Info
+) -> Job:
+    """The job from the arm's current position; its drives are not powered yet.
+
+    Raises:
+        NotAllowed: If the controller takes no commands.
+        CannotStart: If the joint would leave its limits, or its position is unknown.
+    """
+    if info.listens:
+        raise NotAllowed("the controller only sends (ONLYSEND), so that no joint can be jogged")
+    position = _standing(driver, info)
+    require_room(robot, travel, position)
+    print_line(jog_text.before_motion(robot, travel, position, flange_travel(robot, position, travel)))
+    limits = run_limits(robot)
+    motion = there_and_back(position, travel, limits, info.cycle)
+    return Job(robot, motion, limits, StartRules(speed=GENTLE, advice=SLIPPED), *stops)
 
 
 def _standing(driver: Driver, info: Info) -> np.ndarray:
@@ -196,11 +173,3 @@ def _standing(driver: Driver, info: Info) -> np.ndarray:
     position = np.full(seen.shape[1], np.nan)
     position[known] = np.nanmedian(seen[:, known], axis=0)
     return position
-
-
-def _report(jog: Jog, outcome: Outcome, judgements: Sequence[Judgement], path: Path) -> None:
-    robot, json_file = jog.model.robot, jog.args.json
-    content = {"exidyn_jog": 1, **jog_text.json_table(robot, jog.travel, judgements)}
-    run = {name: value for name, value in run_summary.table(outcome).items() if name != "exidyn_run"}
-    page = run_summary.after(outcome, jog.args.full) + "\n" + jog_text.after(robot, jog.travel, judgements)
-    hand_over(page, json_text(content | run | {"written": str(path)}), json_file)

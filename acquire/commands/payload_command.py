@@ -15,7 +15,6 @@ from exidyn.identification.payload.payload_estimate import PayloadEstimate
 from exidyn.identification.payload.weigh import weigh
 from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.progress import StageText
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.recording import Recording
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.text_table import digits
@@ -39,6 +38,7 @@ from ..arguments.command import (
     refuse_without,
 )
 from ..files.clearances import read_clearances
+from ..files.given_runs import read_runs
 from ..terminal.run_summary import plan_table
 from ..terminal.stopwatch import Progress, Stopwatch
 from .result import Result
@@ -155,8 +155,7 @@ def _beyond_plan(mass: float, trajectories: Sequence[str]) -> list[str]:
 
 def _read(paths: list[Path], model: Model | None, fit: Fit | None) -> list[Recording]:
     """Recordings of files; tables without a robot have that of the fit."""
-    arm = fit.model if model is None and fit is not None else model
-    return [run for path in paths for run in import_source(path, arm)]
+    return read_runs(paths, fit.model if model is None and fit is not None else model)
 
 
 def _plan(args: Namespace) -> Result:
@@ -165,7 +164,7 @@ def _plan(args: Namespace) -> Result:
         raise WrongUse("--up-to needs the arm as --robot or --fit")
     if args.kind == POSES:
         refuse_with(f"--kind {POSES}", args, [DURATION])
-    options.require_file(args.output, "--output", [path for path in (args.robot, args.fit) if path])
+    options.require_file(args.output, "--output", [args.robot, args.fit])
     fit = read_fit(args.fit) if args.fit else None
     model = read_model(args.robot) if fit is None else fit.model
     with Stopwatch({}, 0.0 if args.kind == POSES else args.search) as progress:
@@ -181,7 +180,7 @@ def _plan(args: Namespace) -> Result:
         )
     table = {"exidyn_plan": 1, "motions": [plan_table(motion, uses, beyond) | {"written": str(args.output)}]}
     following = [f"record {shlex.quote(str(args.output))} --robot {shlex.quote(args.robot or 'ROBOT')}"]
-    return Result(plan_document(motion, uses, beyond, remarks), table, [args.output], following)
+    return Result(plan_document(motion, uses, beyond, remarks), table, [args.output], next=following)
 
 
 def _planned(args: Namespace, model: Model, fit: Fit | None, progress: Progress) -> Plan:

@@ -5,9 +5,8 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
-from exidyn.drivers import Driver, Info, Sample, known_drivers
+from exidyn.drivers import known_drivers
 from exidyn.drivers.driver import Plant
 from exidyn.identification.effects import Payload
 from exidyn.identification.errors import NotExcited
@@ -25,16 +24,15 @@ from exidyn.trajectories.plans.plan_summary import run_cost
 from ..arguments import options, run_options
 from ..arguments.command import Command, Group, Option, name_lines
 from ..files.clearances import read_clearances, sources_of
-from ..files.recorded_run import alarm, code_of, free_path, print_where, run_head, run_recorded, warn
+from ..files.recorded_run import free_path, report_run, run_head, run_recorded, warn
 from ..run.arms import make_driver, noise_seed, simulated_arm
 from ..run.before import CheckedPlan, StartRules, check_plan, require_clear
 from ..run.expected_fit import expected_fit
-from ..run.perform import Job, Outcome
+from ..run.perform import Job
 from ..run.pipe import PipeSink
 from ..run.recorder import require_free
 from ..run.simulated import rehearse
 from ..terminal import run_summary
-from ..terminal.json_output import hand_over, json_text
 from ..terminal.progress import start_progress
 from ..terminal.run_summary import confirm, require_attended
 from ..views.live_view import VIEW, Targets, require_showable, start_view
@@ -88,9 +86,10 @@ def record_command(args: Namespace) -> int:
     path, targets = free_path(args.output, "run"), Targets(args.view, args.serve, args.save)
     plant = _plant(args, ready, payload, path.stem)
     driver = make_driver(name, settings, ready.model.robot, plant)
+    # time between commands [s], by the controller's settings or else by the plan
+    cycle = float(getattr(driver.settings, "cycle", ready.plan.tick))
     if args.dry_run:
-        rehearsed = {"cycle": _cycle(driver, ready)}
-        name, driver = "mock", make_driver("mock", rehearsed, ready.model.robot, plant)
+        name, driver = "mock", make_driver("mock", {"cycle": cycle}, ready.model.robot, plant)
     require_free(path)
     require_showable(targets)
     require_attended(driver.simulated, args.yes)
@@ -100,18 +99,17 @@ def record_command(args: Namespace) -> int:
     watch, current = run_options.stop_limits(args, ready.model.robot)
     job = Job(ready.model.robot, ready.plan.trajectory, ready.limits, start, watch, current)
     speed = f"{100 * args.speed:g} % of the planned speed"
-    takes = run_cost(ready.plan, _cycle(driver, ready))
-    facts = run_options.run_facts(args, name, path, speed=speed, takes=takes)
+    facts = run_options.run_facts(args, name, path, speed=speed, takes=run_cost(ready.plan, cycle))
     if name == "mock" and not (args.plant or args.dry_run):
         facts["simulated arm"] = "robot file with each value off by up to its tolerance; see --plant"
     print(run_summary.before(ready, facts), file=sys.stderr)
     warn(ready.warnings)
     if not driver.simulated:
         make_driver(name, settings, ready.model.robot, plant).find()
-    if not driver.simulated and not args.no_rehearsal:
-        print("the controller answers; rehearsing on a simulated arm", file=sys.stderr)
-        payload_name = payload.name if payload else ""
-        rehearse(job, ready.model, _cycle(driver, ready), payload_name, start_progress(job.motion.duration))
+        if not args.no_rehearsal:
+            print("the controller answers; rehearsing on a simulated arm", file=sys.stderr)
+            progress = start_progress(job.motion.duration)
+            rehearse(job, ready.model, cycle, payload.name if payload else "", progress)
     if args.check:
         _print_expected(args, plan, payload)
     confirm(driver.simulated, args.yes)
@@ -125,10 +123,16 @@ def record_command(args: Namespace) -> int:
         trajectory=plan_text(within(plan, ready.model.robot)),
         speed=f"{args.speed:g}",
     )
+
+    def viewers() -> list[PipeSink]:
+        return [*start_view(targets), *start_progress(job.motion.duration)]
+
+    outcome, recorder = run_recorded(driver, job, path, head, viewers)
     weighs = "payload" in plan.details  # planned by `exidyn payload`
-    following = f"{'payload' if weighs else 'identify'} {shlex.quote(str(path))}{' --fit FIT' * weighs}"
-    outcome = _record(targets, driver, job, path, head, args, following)
-    return code_of(outcome)
+    verb = "info" if outcome.stop is not None else "payload" if weighs else "identify"
+    advice = f"{verb} {shlex.quote(str(path))}{' --fit FIT' * (verb == 'payload')}"
+    page = run_summary.after(outcome, args.full)
+    return report_run(outcome, recorder, path, advice, page, run_summary.table(outcome), args.json)
 
 
 def _print_expected(args: Namespace, plan: Plan, payload: KnownPayload | None) -> None:
@@ -141,11 +145,6 @@ def _print_expected(args: Namespace, plan: Plan, payload: KnownPayload | None) -
         return
     for sentence in sentences:
         print("\n".join(paragraph(sentence)), file=sys.stderr)
-
-
-def _cycle(driver: Driver, ready: CheckedPlan) -> float:
-    """Time between commands [s], by the controller's settings or else by the plan."""
-    return float(getattr(driver.settings, "cycle", ready.plan.tick))
 
 
 def _plant(
@@ -178,25 +177,3 @@ def _clearances(args: Namespace, plan: Plan, model: Model) -> tuple[Clearance, .
     if not (args.approach or plan.edited or surroundings):
         return ()
     return read_clearances(args, model.robot)
-
-
-def _record(
-    targets: Targets,
-    driver: Driver,
-    job: Job,
-    path: Path,
-    head: Callable[[Info], Callable[[Sample], bytes]],
-    args: Namespace,
-    following: str,
-) -> Outcome:
-    """Run, record, and print the outcome, with the next command if the run completed."""
-
-    def viewers() -> list[PipeSink]:
-        return [*start_view(targets), *start_progress(job.motion.duration)]
-
-    outcome, recorder = run_recorded(driver, job, path, head, viewers)
-    table = run_summary.table(outcome) | {"written": str(path)}
-    hand_over(run_summary.after(outcome, args.full), json_text(table), args.json)
-    print_where(recorder, path, following if outcome.stop is None else f"info {shlex.quote(str(path))}")
-    alarm(outcome.unsafe)
-    return outcome

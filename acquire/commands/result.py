@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from exidyn.identification.document.document import Document
 from exidyn.identification.document.text import brief_text, text
 
-from ..arguments.parser import DONE
 from ..terminal.json_output import hand_over, json_text, print_next, print_written
 
 if TYPE_CHECKING:
@@ -29,22 +28,27 @@ class Result:
     # The result for scripts, or the text of its JSON, which --json prints or writes.
     table: Mapping[str, Any] | str = ""
     written: Sequence[Path] = ()  # files that the command wrote
+    report: Path | None = None  # HTML page of the document, which is written too; the folder exists
     next: Sequence[str] = ()  # commands that usually follow
     # Function that makes the view of --view, --serve and --save, and imports Rerun.
     view: "Callable[[], View] | None" = None
-    code: int = DONE  # exit code
 
-    def deliver(self, args: Namespace) -> int:
-        """Print the result, and show its view, as the command line states; return the exit code."""
+    def deliver(self, args: Namespace) -> None:
+        """Write the report, print the result, and show its view, as the command line states."""
+        written = self.written
+        if self.report is not None and isinstance(self.page, Document):
+            from exidyn.identification.document.html import html  # imports Jinja
+
+            self.report.write_text(html(self.page), encoding="utf-8")
+            written = [*written, self.report]
         if self.page is not None:
             content = self.table if isinstance(self.table, str) else json_text(dict(self.table))
             page = self.page
             if isinstance(page, Document):
-                room = LINES - len(self.written) - len(self.next)
-                page = text(page) if args.full else brief_text(page, room)
+                page = text(page) if args.full else brief_text(page, LINES - len(written) - len(self.next))
             hand_over(page, content, args.json)
-        if self.written:
-            print_written(*self.written)
+        if written:
+            print_written(*written)
         print_next(*self.next)
         if self.view is not None and (args.view or args.save or getattr(args, "serve", None)):
             from ..views.live_view import Targets
@@ -53,7 +57,6 @@ class Result:
             show(self.view(), Targets(args.view, getattr(args, "serve", None), args.save))
             if args.save:
                 print_written(args.save)
-        return self.code
 
 
 def later(name: str, *content: object) -> "Callable[[], View]":

@@ -35,8 +35,7 @@ def show_motion(args: Namespace) -> Result:
         raise WrongUse("--view and --save draw the arm: give ROBOT")
     path = args.output or args.show.with_suffix(f".{args.to or 'html'}")
     for option, file in {"--output": path, "--save": args.save}.items():
-        if file is not None:
-            require_file(file, option, [args.show, *([args.robot] if args.robot else [])])
+        require_file(file, option, [args.show, args.robot])
     plan = read_plan(args.show)
     model = read_model(args.robot) if args.robot else None
     for difference in _differences(plan, model):

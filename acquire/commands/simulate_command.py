@@ -24,6 +24,7 @@ from exidyn.identification.text_table import digits, paragraph
 from exidyn.trajectories.plans.plan import file_warnings, robot_differences
 from exidyn.trajectories.plans.plan_file import read_plan
 
+from ..arguments import options
 from ..arguments.command import (
     Command,
     Group,
@@ -35,17 +36,6 @@ from ..arguments.command import (
     refuse_without,
     valid_if,
 )
-from ..arguments.options import (
-    BODY,
-    FULL,
-    JSON,
-    PLAN,
-    SPEED,
-    output_option,
-    require_file,
-    robot_option,
-    seed_option,
-)
 from ..arguments.run_options import PAYLOAD
 from ..files.given_runs import ARM_HELP, read_arm, single_recording
 from ..files.result_files import comparison_table
@@ -55,7 +45,7 @@ from ..terminal.stopwatch import Stopwatch
 from .result import Result
 
 COMPARISON = (
-    robot_option("for tables, which do not contain their robot"),
+    options.robot_option("for tables, which do not contain their robot"),
     Option(
         "--offset S", "added to the time of the simulation; default: where the positions agree best", number
     ),
@@ -114,10 +104,10 @@ tick = valid_if(
 
 SIMULATION = (
     Option("--tick S", "sampling period", tick, 0.002),
-    SPEED,
-    seed_option("seed of the sensors' noise"),
+    options.SPEED,
+    options.seed_option("seed of the sensors' noise"),
 )
-BODIES = (Option("--payload NAME", "name of a payload of the model", default=""), *BODY)
+BODIES = (Option("--payload NAME", "name of a payload of the model", default=""), *options.BODY)
 
 
 @Command(
@@ -132,10 +122,10 @@ BODIES = (Option("--payload NAME", "name of a payload of the model", default="")
     ),
     (
         Option("arm ARM", f"{ARM_HELP}; with --against alone the simulation (.mcap, .csv)"),
-        Option("plan [TRAJECTORY]", PLAN.meaning, Path),
-        output_option("FILE", Path("sim.mcap")),
-        JSON,
-        FULL,
+        Option("plan [TRAJECTORY]", options.PLAN.meaning, Path),
+        options.output_option("FILE", Path("sim.mcap")),
+        options.JSON,
+        options.FULL,
         *SIMULATION,
         Group("payload on the flange: one of the model, or another", BODIES),
         Group(
@@ -160,7 +150,7 @@ def simulate_command(args: Namespace) -> Result:
 
 def _simulated(args: Namespace) -> Result:
     """Simulate the motion, and write the recording."""
-    require_file(args.output, "--output", [args.arm, args.plan, *([args.against] if args.against else [])])
+    options.require_file(args.output, "--output", [args.arm, args.plan, args.against])
     arm, plan = read_arm(args.arm), read_plan(args.plan)
     nominal, payload = _carrying(args, arm)
     if plan.joints == arm.robot.joints:
@@ -176,7 +166,7 @@ def _simulated(args: Namespace) -> Result:
     write_recording(recording, args.output)
     table = _table(recording, seconds) | {"written": str(args.output)}
     following = [f"simulate {shlex.quote(str(args.output))} --against RUN"] if args.against is None else []
-    return Result(_summary(recording, seconds), table, [args.output], following)
+    return Result(_summary(recording, seconds), table, [args.output], next=following)
 
 
 def _carrying(args: Namespace, arm: Model) -> tuple[Model, KnownPayload | None]:

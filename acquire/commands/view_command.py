@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING
 from exidyn.identification.errors import NotAFile
 from exidyn.identification.fit.fit_file import read_fit, read_json
 from exidyn.identification.model import Model
-from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.identification.simulation.predicted import predicted
 
 from ..arguments.command import Command, Option
 from ..arguments.options import require_apart, robot_option
-from ..files.given_runs import renamed
+from ..files.given_runs import read_runs, renamed
 from ..files.result_files import read_shown
 from ..views.live_view import SAVE, SERVE
 from .result import Result
@@ -65,7 +64,7 @@ def view_of(paths: Sequence[Path], model: Model | None = None) -> "View":
     if len(results) > 1:
         raise NotAFile(f"{' and '.join(map(str, results))}: give one fit or one diagnosis at a time")
     sources = [path for path in paths if path not in results]
-    recordings = renamed(recording for path in sources for recording in import_source(path, model))
+    recordings = renamed(read_runs(sources, model))
     if not results:
         return recording_view(recordings)
     table = read_json(results[0])

@@ -25,10 +25,9 @@ from ..run.listener import Listener, Reading
 from ..run.pipe import Sink
 from ..run.recorder import RunHead
 from ..run.stopping.stop import StopRequests
-from ..terminal.joint_units import JointUnits
 from ..terminal.json_output import SCREEN, print_written
 from ..terminal.run_summary import confirm_reading
-from ..terminal.watch_text import Redraw, json_line, line, table_lines
+from ..terminal.watch_text import JointUnits, Redraw, json_line, line, table_lines
 from ..views.live_view import CONTACT_PROCESS, PROCESS, VIEW, Targets, require_showable, start_view
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def watch_command(args: Namespace) -> None:
         targets = Targets(args.view, args.serve, args.save)
         require_showable(targets)
         if args.save is not None:
-            require_apart(args.save, "--save", [*([args.fit] if args.fit else []), *args.free])
+            require_apart(args.save, "--save", [args.fit, *args.free])
         contact = _contact(args)
         model = _model(args, contact, targets)
         driver, units = _driver(args, model)
@@ -105,21 +104,18 @@ def _contact(args: Namespace) -> "LiveContact | None":
             raise BadSettings("--free is for a threshold of contact; name the fit with --fit")
         return None
     from exidyn.identification.fit.fit_file import read_fit
-    from exidyn.identification.recordings.importers import import_source
 
+    from ..files.given_runs import read_runs
     from ..terminal.live_contact import LiveContact
 
     fit = read_fit(args.fit)
-    free = [recording for path in args.free for recording in import_source(path, fit.model)]
-    return LiveContact(fit, free, args.payload, args.alarms_per_hour)
+    return LiveContact(fit, read_runs(args.free, fit.model), args.payload, args.alarms_per_hour)
 
 
 def _driver(args: Namespace, model: Model | None) -> tuple[Driver, JointUnits]:
     name, settings = read_controller(args.controller, args.driver, args.set)
-    if (
-        name == "mock"
-    ):  # otherwise its simulated time would run ahead, even if a controller file sets the clock
-        settings["clock"] = "real"
+    if name == "mock":
+        settings["clock"] = "real"  # simulated time would run ahead, even if a controller file asks for it
     if model is not None:
         robot = model.robot
         return make_driver(name, settings, robot, standing_arm(robot, model)), JointUnits.of(robot)

@@ -16,7 +16,7 @@ from exidyn.identification.simulation.simulate import as_built, simulate
 from exidyn.identification.text_table import table
 from exidyn.trajectories.random_motion import random_fourier
 
-from .example_arm import LOADED, NOMINAL, TRUTH, ExampleArm
+from .example_runs import LOADED, NOMINAL, TRUTH, ExampleArm
 
 LOG, ARM = "log.csv", "arm.xml"
 RATE, SECONDS = 250.0, 20.0

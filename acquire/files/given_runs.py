@@ -65,6 +65,11 @@ def read_arm(source: str) -> Model:
     return identified(read_fit(source)) if source.endswith(".json") else read_model(source)
 
 
+def read_runs(paths: Iterable[Path], model: Model | None, **options: Any) -> list[Recording]:
+    """Recordings in files or folders; see `import_source` for the arguments and errors."""
+    return [recording for path in paths for recording in import_source(path, model, **options)]
+
+
 def single_recording(path: Path, model: Model | None) -> Recording:
     """The only recording at a path."""
     recordings = import_source(path, model)
@@ -114,20 +119,16 @@ PAYLOADS = (
         [],
         repeated=True,
     ),
-    Option("--mass KG", "mass of that payload [kg]", any_number, dest="payload", action=_OfLastPayload),
-    Option(
-        "--com X Y Z",
-        "its center of mass in the flange frame [m]",
-        any_number,
-        dest="payload",
-        action=_OfLastPayload,
-    ),
-    Option(
-        "--inertia XX XY XZ YY YZ ZZ",
-        "its inertia about the center of mass, along the flange axes [kg m²]",
-        any_number,
-        dest="payload",
-        action=_OfLastPayload,
+    *(
+        Option(form, meaning, any_number, dest="payload", action=_OfLastPayload)
+        for form, meaning in (
+            ("--mass KG", "mass of that payload [kg]"),
+            ("--com X Y Z", "its center of mass in the flange frame [m]"),
+            (
+                "--inertia XX XY XZ YY YZ ZZ",
+                "its inertia about the center of mass, along the flange axes [kg m²]",
+            ),
+        )
     ),
 )
 """Options of runs with a payload."""
@@ -172,22 +173,15 @@ def distinct_bodies(recordings: Sequence[Recording]) -> list[Recording]:
 def recorded_case(args: argparse.Namespace) -> tuple[Model, list[tuple[str, Recording]]]:
     """The nominal model, and role and recording of each run; without --robot, the robot in the recordings.
 
-    Raises:
-        WrongUse: If the robot is given among the runs.
+    Raises `WrongUse` if the robot is given among the runs.
     """
     _refuse_robot_among_runs(args)
     model = read_model(args.robot) if args.robot else None
-    runs = [
-        (recording.settings.get("role") or ROLE, recording)
-        for path in args.runs
-        for recording in import_source(path, model)
-    ]
+    runs = [(run.settings.get("role") or ROLE, run) for run in read_runs(args.runs, model)]
     for role in ("slow", "validate"):
-        runs += [
-            (role, recording) for path in getattr(args, role) for recording in import_source(path, model)
-        ]
-    for run in args.payload:
-        runs += [(LOADED, carrying(recording, run)) for recording in import_source(run.path, model)]
+        runs += [(role, run) for run in read_runs(getattr(args, role), model)]
+    for loaded in args.payload:
+        runs += [(LOADED, carrying(run, loaded)) for run in read_runs([loaded.path], model)]
     named = distinct_bodies([recording for _, recording in runs])
     roles = [role for role, _ in runs]
     return model or same_robot(named), list(zip(roles, named, strict=True))

@@ -1,11 +1,12 @@
 """A run of an arm with its recorder and viewers, for every command that moves an arm."""
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from exidyn.drivers import Driver, Info, Sample
 from exidyn.drivers.host_clock import HOST
@@ -22,7 +23,7 @@ from ..run.realtime import realtime
 from ..run.recorder import RunHead, part_of, start_recorder
 from ..run.stopping.stop import StopRequests, unknown_at_end
 from ..terminal import run_summary
-from ..terminal.json_output import print_next, print_written
+from ..terminal.json_output import hand_over, json_text, print_next, print_written
 
 BLOCKED_LOOP = f"the driver or this computer has been blocked for {BLOCKED:g} s"
 """Warning while the loop is blocked."""
@@ -83,6 +84,11 @@ def run_recorded(
     See `perform` for the job and `run_head` for the head. `viewers` starts further processes that receive the
     run, and `also` are sinks of every cycle in this process. The returned recorder has ended.
     """
+
+    def print_warnings(info: Info) -> None:  # before drives are powered
+        unguarded = "no known mechanism stops the arm if this program dies"
+        warn((*info.warnings, *([] if info.dead_man else [unguarded])))
+
     with ExitStack() as stack:
         # First in, last out: a Ctrl-C while the recorder finishes must not end it.
         requests = stack.enter_context(StopRequests())
@@ -92,16 +98,10 @@ def run_recorded(
         if in_real_time:
             warn(stack.enter_context(realtime()))
         announcer = stack.enter_context(Announcer(alarm, unknown_at_end(BLOCKED_LOOP).text))
-        outcome = perform(driver, job, sinks, head, requests.look, _print_warnings, announcer)
+        outcome = perform(driver, job, sinks, head, requests.look, print_warnings, announcer)
         for sink in sinks:
             sink.put(text_frame(END, run_summary.end(outcome)))
     return outcome, recorder
-
-
-def _print_warnings(info: Info) -> None:
-    """Print warnings that a person should read before drives are powered."""
-    unguarded = "no known mechanism stops the arm if this program dies"
-    warn((*info.warnings, *([] if info.dead_man else [unguarded])))
 
 
 def alarm(text: str) -> None:
@@ -116,18 +116,20 @@ def warn(warnings: Iterable[str]) -> None:
         print_line(complaint(f"exidyn: warning: {warning}"))
 
 
-def code_of(outcome: Outcome) -> int:
-    """Exit code of a command after a run."""
-    if outcome.unsafe:
-        return UNSAFE
-    return DONE if outcome.stop is None else STOPPED
-
-
-def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
-    """Print where the recording is.
+def report_run(
+    outcome: Outcome,
+    recorder: PipeSink,
+    path: Path,
+    advice: str,
+    page: str,
+    table: Mapping[str, Any],
+    json: Path | None,
+) -> int:
+    """Print the page or the JSON of a run, where its recording is, and an alarm; return the exit code.
 
     `advice` is the next command for a complete recording, without "exidyn".
     """
+    hand_over(page, json_text({**table, "written": str(path)}), json)
     if path.exists():
         print_written(path)
         print_next(advice)
@@ -137,3 +139,7 @@ def print_where(recorder: PipeSink, path: Path, advice: str) -> None:
             f"{part_of(path)}, see exidyn info --repair",
             file=sys.stderr,
         )
+    alarm(outcome.unsafe)
+    if outcome.unsafe:
+        return UNSAFE
+    return DONE if outcome.stop is None else STOPPED

@@ -173,18 +173,14 @@ def _read_samples(path: Path, shown: Shown) -> Shown:
 def _check(traces: Sequence[Trace], joints: int) -> None:
     """Raise `Disagreement` for the first shape or time that is inconsistent with the number of joints."""
     for key, run in enumerate(traces):
-        _check_times(f"run {key}: time", run.time)
-        rows = len(run.time)
+        time, rows = run.time, len(run.time)
+        check(time.ndim == 1 and rows >= 2, f"run {key}: time", time.shape, "at least two times")
+        increases = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
+        check(increases, f"run {key}: time", "others", "increasing times")
         shapes = {"time": (rows,), "explained": (len(run.explained), rows, joints)}
         for name in (field.name for field in fields(run) if field.name not in WORDS):
             values, shape = getattr(run, name), shapes.get(name, (rows, joints))
             check(values.shape == shape, f"run {key}: {name}", values.shape, f"numbers of shape {shape}")
-
-
-def _check_times(field: str, time: np.ndarray) -> None:
-    check(time.ndim == 1 and len(time) >= 2, field, time.shape, "at least two times")
-    increases = bool(np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0))
-    check(increases, field, "others", "increasing times")
 
 
 def _arrays(run: Trace, key: str) -> dict[str, np.ndarray]:

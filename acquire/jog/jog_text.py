@@ -10,7 +10,7 @@ from exidyn.identification.document.text import fact_lines
 from exidyn.identification.result_file import to_table
 from exidyn.identification.text_table import digits, paragraph, table
 
-from ..terminal.joint_units import JointUnits
+from ..terminal.watch_text import JointUnits
 from .effort import FlangeTravel
 from .judgements import OF_WAY, Judgement, Verdict
 from .there_and_back import BEFORE, Travel, duration
@@ -30,7 +30,7 @@ def before(robot: Robot, travel: Travel, facts: Mapping[str, str]) -> str:
         f"{scale * travel.distance:+.2f} {unit} and back at {scale * travel.speed:.2g} {unit}/s, "
         f"about {duration(travel):.0f} s"
     ]
-    return "\n".join([*lines, *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")])
+    return "\n".join([*lines, *fact_lines(facts.items())])
 
 
 def before_motion(robot: Robot, travel: Travel, position: np.ndarray, flange: FlangeTravel) -> str:
@@ -97,20 +97,12 @@ def summary(joint: str, judgements: Sequence[Judgement], names: bool = True) -> 
 
 def json_table(robot: Robot, travel: Travel, judgements: Sequence[Judgement]) -> dict[str, Any]:
     """The result of the jog for JSON, in SI units."""
-    names = {v: v.name.lower() for v in Verdict}
     return {
         "joint": robot.joints[travel.joint],
         "distance": travel.distance,
         "speed": travel.speed,
         "summary": summary(robot.joints[travel.joint], judgements),
         "judgements": [
-            {
-                "name": judgement.name,
-                **to_table({"value": judgement.value, "low": judgement.low, "high": judgement.high}),
-                "unit": judgement.unit,
-                "verdict": names[judgement.verdict],
-                "text": judgement.text,
-            }
-            for judgement in judgements
+            {**to_table(judgement), "verdict": judgement.verdict.name.lower()} for judgement in judgements
         ],
     }

@@ -1,5 +1,6 @@
 """Judgements of a jogged joint, each with a measured value, the expected range, and the verdict."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -66,9 +67,19 @@ def judge(course: Course, travel: Travel, model: Model, payload: str = "") -> li
     if isinstance(effort, str):
         names = ("friction with the motion", "gravity torque", "encoder zero")
         return judgements + [_unknown(name, effort) for name in names]
+
+    def nominal(offsets: np.ndarray) -> np.ndarray:
+        """Nominal torque at rest in the middle of the travel, with these encoder offsets (t,) [rad]."""
+        positions = np.repeat(effort.middle[None], len(offsets), axis=0)
+        positions[:, travel.joint] += offsets
+        return torque_at_rest(model, positions, payload)[:, travel.joint]
+
     friction = _friction(effort)
-    gravity, measured = _gravity(effort, friction, travel, model, payload)
-    return [*judgements, friction, gravity, _zero(measured, gravity, effort, travel, model, payload)]
+    gravity, measured = _gravity(effort, friction, float(nominal(np.zeros(1))[0]))
+    zero = _unknown("encoder zero", "cannot be judged from this motion")
+    if gravity.verdict is Verdict.RIGHT and model.robot.revolute[travel.joint]:
+        zero = _zero(*(_hidden(measured, sign, nominal) for sign in (-1.0, 1.0)))
+    return [*judgements, friction, gravity, zero]
 
 
 def _shares(course: Course, joint: int) -> np.ndarray:
@@ -129,12 +140,9 @@ def _friction(effort: Effort) -> Judgement:
     return Judgement(name, value, least, np.inf, effort.unit, verdict, text)
 
 
-def _gravity(
-    effort: Effort, friction: Judgement, travel: Travel, model: Model, payload: str
-) -> tuple[Judgement, tuple[float, float]]:
+def _gravity(effort: Effort, friction: Judgement, nominal: float) -> tuple[Judgement, tuple[float, float]]:
     """Mean torque of there and back, in which friction cancels, compared with the nominal torque at rest."""
     name, unit = "gravity torque", effort.unit
-    nominal = float(torque_at_rest(model, effort.middle[None], payload)[0, travel.joint])
     nominal = nominal if abs(nominal) > ROUNDING else 0.0
     low, high = sorted((nominal / FACTOR, nominal * FACTOR))
     uncertainty = abs(effort.friction) + DEVIATIONS * effort.gravity_std
@@ -163,19 +171,12 @@ def _why_gravity(effort: Effort, friction: Judgement, nominal: float) -> str:
     return f"{effort.gravity / nominal:.2f} of the nominal torque: check {effort.source}, or {where}"
 
 
-def _zero(
-    measured: tuple[float, float],
-    gravity: Judgement,
-    effort: Effort,
-    travel: Travel,
-    model: Model,
-    payload: str,
-) -> Judgement:
-    """Encoder offsets at which the gravity torque would differ, if gain and masses are nominal."""
+def _zero(low: float, high: float) -> Judgement:
+    """Encoder offsets at which the gravity torque would differ, if gain and masses are nominal.
+
+    They are the smallest in either direction [rad]; infinity if none would differ.
+    """
     name = "encoder zero"
-    if gravity.verdict is not Verdict.RIGHT or not model.robot.revolute[travel.joint]:
-        return _unknown(name, "cannot be judged from this motion")
-    low, high = (_hidden(measured, sign, effort, travel, model, payload) for sign in (-1.0, 1.0))
     if not np.isfinite(low) and not np.isfinite(high):
         offset = f"an offset of {np.degrees(FARTHEST):g} degrees"
         return _unknown(
@@ -192,14 +193,10 @@ def _zero(
     return Judgement(name, np.nan, ends[0], ends[1], "deg", Verdict.RIGHT, text)
 
 
-def _hidden(
-    measured: tuple[float, float], sign: float, effort: Effort, travel: Travel, model: Model, payload: str
-) -> float:
+def _hidden(measured: tuple[float, float], sign: float, nominal: Callable[[np.ndarray], np.ndarray]) -> float:
     """Smallest encoder offset of one sign at which nominal and measured torque differ [rad]; or infinity."""
     offsets = np.arange(STEP, FARTHEST + 0.5 * STEP, STEP)
-    positions = np.repeat(effort.middle[None], len(offsets), axis=0)
-    positions[:, travel.joint] += sign * offsets
-    torque = torque_at_rest(model, positions, payload)[:, travel.joint]
+    torque = nominal(sign * offsets)
     low, high = measured
     ends = np.sort([torque / FACTOR, torque * FACTOR], axis=0)
     differing = np.flatnonzero((ends[1] < low) | (ends[0] > high))

@@ -15,7 +15,7 @@ from ..run.before import NO_MARGIN
 from ..run.errors import CannotStart, NotAllowed
 from ..run.frames import SAMPLE, Unframed, read_cycle
 from ..run.player import BRAKING, RUNNING
-from ..terminal.joint_units import JointUnits
+from ..terminal.watch_text import JointUnits
 
 TURN, SLIDE = float(np.radians(2.0)), 0.01
 """Speed of revolute [rad/s] and prismatic joints [m/s]. At 2 degrees/s the end of a 3 m arm moves at

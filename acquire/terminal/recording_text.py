@@ -59,7 +59,7 @@ def describe(recording: Recording) -> str:
         "trajectory": "inside" if recording.trajectory else "none",
         **{one_line(name): text for name, text in recording.settings.items()},
     }
-    lines = [one_line(recording.name), *fact_lines(facts.items(), max(map(len, facts)) + 2, "  ")]
+    lines = [one_line(recording.name), *fact_lines(facts.items())]
     for block in (blocks_lines([_signals(recording)]), _ranges(recording), _course(recording)):
         lines += ["", *(f"  {line}" for line in block)] if block else []
     return "\n".join(lines + warning_lines(recording))
@@ -111,7 +111,9 @@ def _course(recording: Recording) -> list[str]:
     cycles = _cycles(recording.timing) if recording.timing is not None else []
     lines = [line for sentence in cycles for line in paragraph(sentence, "  ", "", INDENT)]
     lines += _following(recording)
-    lines += _controller(recording.controller) if recording.controller is not None else []
+    if (state := recording.controller) is not None:
+        values = (f"{name.replace('_', ' ')} {_reported(state, name)}" for name in state.words)
+        lines += paragraph("; ".join(values), "  ", "controller: ", INDENT)
     if recording.events:
         lines += ["events", *_events(recording.events)]
     return lines + _outcome(recording.outcome)
@@ -138,13 +140,8 @@ def _following(recording: Recording) -> list[str]:
     return [f"positions follow commands by {1e3 * latency:.1f} ms"] if np.isfinite(latency) else []
 
 
-def _controller(state: ControllerState) -> list[str]:
-    """States of the controller in order, and the range of values that are plain numbers."""
-    parts = (f"{name.replace('_', ' ')} {_reported(state, name)}" for name in state.words)
-    return paragraph("; ".join(parts), "  ", "controller: ", INDENT)
-
-
 def _reported(state: ControllerState, name: str) -> str:
+    """States of the controller in order; the range of values that are plain numbers."""
     values = state.of(name)
     if not state.words[name]:
         return _range(values)

@@ -31,16 +31,15 @@ def before(checked: CheckedPlan, facts: Mapping[str, str]) -> str:
     """Robot, controller and motion against the limits."""
     plan = checked.plan
     lines = [f"{plan.robot}: {plan.trajectory.duration:.1f} s of motion"]
-    lines += fact_lines(facts.items(), max(map(len, facts), default=0) + 2, "  ")
+    lines += fact_lines(facts.items())
     table = use_table(plan, [*limit_use(plan), checked.torque.use])
     return "\n".join([*lines, "", *blocks_lines([table])])
 
 
 def require_attended(simulated: bool, yes: bool) -> None:
-    """Raise if a real arm would move without confirmation.
+    """Raise `NotAllowed` if --yes comes for a real arm without the environment variable.
 
-    Raises:
-        NotAllowed: If --yes comes without the environment variable; a reused script may have it by oversight.
+    A reused script may have --yes by oversight.
     """
     if yes and not simulated and os.environ.get(UNATTENDED) != "yes":
         raise NotAllowed(
@@ -169,17 +168,15 @@ def plan_table(plan: Plan, uses: Sequence[Use], beyond: Sequence[str]) -> dict[s
         "seed": plan.seed,
         "robot_hash": plan.robot_hash,
         "model_hash": plan.model_hash,
-        "use": {use.name: _use(use, plan.units) for use in uses},
+        "use": {
+            use.name: {
+                "units": [unit_of(use.name, unit) for unit in plan.units],
+                "lower": use.reached.lower,
+                "upper": use.reached.upper,
+                "share": abs(use.share),  # of the limit: 1 at the limit, None without one
+            }
+            for use in uses
+        },
         "beyond": beyond,
         "assumed": plan.assumed,
-    }
-
-
-def _use(use: Use, units: Sequence[str]) -> dict[str, Any]:
-    """Each joint's reached values and their share of the limit: 1 at the limit, None without one."""
-    return {
-        "units": [unit_of(use.name, unit) for unit in units],
-        "lower": use.reached.lower,
-        "upper": use.reached.upper,
-        "share": abs(use.share),
     }

@@ -55,9 +55,12 @@ def _log_run(stream: rr.RecordingStream, gap: Gap, number: int, run: Run, model:
         name, shown = _arm(run, variant), _frozen_if_diverged(trace)
         stride = max(1, round(len(run.time) / (FRAMES * (run.time[-1] - run.time[0]))))
         Arm(stream, model, name, COLORS[variant]).move(run.time[::stride], shown[::stride])
-        _place_at(stream, model, name, _arm(run, RECORDED))
         if variant == RECORDED:
             continue
+        # its base is at the base of the recorded arm
+        parent, child = base_frame(model, _arm(run, RECORDED)), base_frame(model, name)
+        pose = rr.Transform3D(translation=[0.0, 0.0, 0.0], parent_frame=parent, child_frame=child)
+        stream.log(entity(name, "base"), pose, static=True)
         for joint, title in enumerate(gap.diagnosis.joints):
             difference = 1e3 * (shown[:, joint] - run.position[:, joint])
             path = entity(run.name, title, variant)
@@ -68,15 +71,3 @@ def _frozen_if_diverged(trace: np.ndarray) -> np.ndarray:
     """A simulation (t, n), frozen at its last finite position if it diverges."""
     diverged = np.flatnonzero(~np.all(np.isfinite(trace), axis=1))
     return trace[np.minimum(np.arange(len(trace)), diverged[0] - 1)] if len(diverged) else trace
-
-
-def _place_at(stream: rr.RecordingStream, model: Model, name: str, first: str) -> None:
-    """Place the base of an arm at the base of the first arm."""
-    if name == first:
-        return
-    pose = rr.Transform3D(
-        translation=[0.0, 0.0, 0.0],
-        parent_frame=base_frame(model, first),
-        child_frame=base_frame(model, name),
-    )
-    stream.log(entity(name, "base"), pose, static=True)

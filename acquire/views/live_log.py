@@ -1,6 +1,7 @@
 """Live log: logs the cycles and events of a run to Rerun, with one plot per quantity and its limits."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ class LiveLog:
 
     def __init__(self, recording: rr.RecordingStream, head: RunHead, first: Sequence[Cycle]) -> None:
         self._recording, self._model = recording, head.model
+        self._send = partial(send, recording)
         self._start = first[0].host_time
         self._cycle = usual_cycle(first)
         self._effort = "current" if "current" in head.signals else "torque"
@@ -121,9 +123,6 @@ class LiveLog:
         """Time since the run's first cycle [s]."""
         return 1e-9 * np.asarray(host_time - self._start)
 
-    def _send(self, path: str, time: np.ndarray, values: np.ndarray) -> None:
-        send(self._recording, path, time, values)
-
 
 def usual_cycle(cycles: Sequence[Cycle]) -> float:
     """Median time between cycles by the controller's clock, or by the host's if that stands still [s]."""
@@ -134,10 +133,10 @@ def usual_cycle(cycles: Sequence[Cycle]) -> float:
 
 
 class DrawnLimits(NamedTuple):
-    """Finite limits of a quantity, in its unit, and their joints, both (k,); lower limits come first."""
+    """Finite limits of a quantity; lower limits come first."""
 
-    joints: np.ndarray
-    values: np.ndarray
+    joints: np.ndarray  # joint of each limit, shape (k,)
+    values: np.ndarray  # shape (k,), in the unit of the quantity
 
 
 def finite_limits(robot: Robot, effort: str) -> dict[str, DrawnLimits]:

@@ -76,14 +76,10 @@ class Address(NamedTuple):
         return f"rerun+http://{host or self.seen}:{self.port + 1}/proxy"
 
     @property
-    def data(self) -> str:
-        """URL from which a browser gets the data."""
-        return f"rerun+http://{self.seen}:{self.port + 1}/proxy"
-
-    @property
     def page(self) -> str:
-        """URL of the page."""
-        return f"http://{self.seen}:{self.port}/?url={quote(self.data, safe='')}"
+        """URL of the page, with the URL from which a browser gets the data."""
+        data = f"rerun+http://{self.seen}:{self.port + 1}/proxy"
+        return f"http://{self.seen}:{self.port}/?url={quote(data, safe='')}"
 
 
 @dataclass(frozen=True)

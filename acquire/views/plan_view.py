@@ -61,35 +61,21 @@ def plan_view(plan: Plan, model: Model, space: Space) -> View:
 
 def _layout(plan: Plan, model: Model, curves: list[Curve]) -> rrb.Blueprint:
     """Plots on the left, of all joints together or of each quantity; the arm on the right."""
-    shares = [
-        plot(
-            entity("share", curve.use.name),
-            f"{curve.use.name} [% of limit]",
-            legend=place == 0,
-            axis_y=rrb.ScalarAxis(range=_percents(curve)),
-        )
-        for place, curve in enumerate(curves)
-    ]
-    quantities = [_quantity_tab(plan, curve) for curve in curves]
+    shares, quantities = list[rrb.TimeSeriesView](), list[rrb.Grid]()
+    for curve in curves:
+        name = curve.use.name
+        largest = 110.0 * float(np.nanmax(curve.use.share, initial=1.0))  # [%], more than limits and values
+        axis = rrb.ScalarAxis(range=(-largest, largest))
+        shares.append(plot(entity("share", name), f"{name} [% of limit]", legend=not shares, axis_y=axis))
+        joints = [
+            plot(entity(name, joint), f"{joint}: {name} [{unit_of(name, unit)}]", legend=place == 0)
+            for place, (joint, unit) in enumerate(zip(plan.joints, plan.units, strict=True))
+        ]
+        quantities.append(rrb.Grid(*joints, grid_columns=2, name=name))
     tabs = rrb.Tabs(rrb.Vertical(*shares, name="all joints"), *quantities, active_tab=0)
     words = rrb.TextDocumentView(origin="summary", name="summary")
     beside = rrb.Vertical(arm_view(model), words, row_shares=[3, 2])
     return screen(rrb.Horizontal(tabs, beside, column_shares=[1, 1]), play_state=None)
-
-
-def _percents(curve: Curve) -> tuple[float, float]:
-    """Axis range [% of limit] with both limits and all values."""
-    largest = float(np.nanmax(curve.use.share, initial=1.0))
-    return -110.0 * largest, 110.0 * largest
-
-
-def _quantity_tab(plan: Plan, curve: Curve) -> rrb.Container:
-    name = curve.use.name
-    plots = [
-        plot(entity(name, joint), f"{joint}: {name} [{unit_of(name, unit)}]", legend=place == 0)
-        for place, (joint, unit) in enumerate(zip(plan.joints, plan.units, strict=True))
-    ]
-    return rrb.Grid(*plots, grid_columns=2, name=name)
 
 
 def _log_share(stream: rr.RecordingStream, plan: Plan, curve: Curve) -> None:

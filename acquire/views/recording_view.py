@@ -59,15 +59,15 @@ def _tab(recording: Recording) -> rrb.Container:
     force = ", ".join(dict.fromkeys(recording.robot.units("N m")))
     units = {"position": f"{gray} [{angle}]", "velocity": f" [{angle}/s]", "torque": f" [{force}]"}
     plots = [
-        _plot(name, signal, title + units.get(signal, ""))
+        plot(entity(name, signal), title + units.get(signal, ""))
         for signal, title in MEASURED.items()
         if signal in recording.signals or signal == "velocity"
     ]
     if "command" in recording.signals:
-        plots.insert(1, _plot(name, "tracking error", f"command minus position [{small}]"))
+        plots.insert(1, plot(entity(name, "tracking error"), f"command minus position [{small}]"))
     if "link_position" in recording.signals:
-        plots.append(_plot(name, "twist", f"link minus motor encoder [{small}]"))
-    plots.append(_plot(name, "residual", f"residual of the recorded model [{force}]"))
+        plots.append(plot(entity(name, "twist"), f"link minus motor encoder [{small}]"))
+    plots.append(plot(entity(name, "residual"), f"residual of the recorded model [{force}]", legend=True))
     texts: list[rrb.View] = [rrb.TextDocumentView(origin=entity(name, "inside"), name="contents")]
     if recording.events:
         texts.insert(0, event_list(entity(name, "events")))
@@ -75,11 +75,6 @@ def _tab(recording: Recording) -> rrb.Container:
     beside = rrb.Vertical(arm, rrb.Tabs(*texts, active_tab=0), row_shares=[3, 2])
     grid = rrb.Grid(*plots, grid_columns=2)
     return rrb.Horizontal(grid, beside, column_shares=[5, 3], name=name)
-
-
-def _plot(run: str, quantity: str, title: str) -> rrb.TimeSeriesView:
-    """A plot of a quantity; only that of the residual has a legend of the joints."""
-    return plot(entity(run, quantity), title, legend=quantity == "residual")
 
 
 def _log_run(stream: rr.RecordingStream, recording: Recording) -> None:
@@ -106,10 +101,16 @@ def _log_run(stream: rr.RecordingStream, recording: Recording) -> None:
     log(residual, "residual")
     if "velocity" not in signals:
         log(velocity, "velocity", "measured")
-    _log_arm(stream, recording)
     for event in recording.events:
         log_event(stream, (name, "events"), event.time, event.kind, event.text)
     log_markdown(stream, entity(name, "inside"), f"```\n{describe(recording)}\n```")
+    # the arm at the frame rate, where the positions of all joints are known
+    arm = Arm(stream, recording.model, arm_name(name))
+    step = max(round(1.0 / (FRAMES * position.period)), 1) if position.period else 1
+    shown = position[np.arange(0, len(position), step)]
+    shown = shown[np.isfinite(shown.values).all(axis=1)]
+    if len(shown):
+        arm.move(shown.time, shown.values)
 
 
 def _at(signal: Signal, time: np.ndarray) -> np.ndarray:
@@ -140,14 +141,3 @@ def _velocity_and_residual(recording: Recording) -> tuple[Signal, Signal]:
         Signal(stamp, np.concatenate([piece.velocity for piece in pieces])),
         Signal(stamp, np.concatenate([piece.residual for piece in pieces])),
     )
-
-
-def _log_arm(stream: rr.RecordingStream, recording: Recording) -> None:
-    """Log the arm where the positions of all joints are known, at the frame rate."""
-    position = recording.signals["position"]
-    step = max(round(1.0 / (FRAMES * position.period)), 1) if position.period else 1
-    shown = position[np.arange(0, len(position), step)]
-    shown = shown[np.isfinite(shown.values).all(axis=1)]
-    arm = Arm(stream, recording.model, arm_name(recording.name))
-    if len(shown):
-        arm.move(shown.time, shown.values)

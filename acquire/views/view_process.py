@@ -131,7 +131,11 @@ class RunFrames:
         if kind == HEAD:
             self._head = self._head or RunHead.read(body)
         elif kind == SAMPLE:
-            self._take_cycle(read_cycle(body))
+            cycle = read_cycle(body)
+            if self._head is None or cycle.arrays.shape[1] != self._head.model.robot.dof:
+                raise ValueError(f"a sample of {cycle.arrays.shape[1]} joints")
+            self._times = cycle.host_time, cycle.controller_time
+            self._cycles.append(cycle)
         elif kind == EVENT:
             self._events.append(read_event(body))
         elif kind == END:
@@ -140,12 +144,6 @@ class RunFrames:
             # the reason of a stop was reported when it happened
             stopped = end.get("stop", "none") != "none"
             self._report("end", f"stopped ({end['stop']})" if stopped else str(end.get("text", "")))
-
-    def _take_cycle(self, cycle: Cycle) -> None:
-        if self._head is None or cycle.arrays.shape[1] != self._head.model.robot.dof:
-            raise ValueError(f"a sample of {cycle.arrays.shape[1]} joints")
-        self._times = cycle.host_time, cycle.controller_time
-        self._cycles.append(cycle)
 
     def _report(self, kind: str, text: str) -> None:
         self._events.append(Event(*self._times, kind, text, {}))

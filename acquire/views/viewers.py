@@ -122,7 +122,7 @@ def open_window() -> str:
 
 
 def _serve(address: Address) -> "subprocess.Popen[bytes]":
-    """Serve pages that show the data sent to `address.data`, until this process or the server ends.
+    """Serve pages that show the data sent to `address.local`, until this process or the server ends.
 
     Rerun can also serve from within a process, but would then listen on all addresses of the machine.
     """

@@ -21,10 +21,6 @@ class Answers:
 
     If a joint `may_skip` a cycle, an answer that arrives in a cycle without it is late; if none arrives, it
     was lost.
-
-    Attributes:
-        fresh: Whether each joint has answered the question of this cycle.
-        waiting: Number of joints whose answer is still missing.
     """
 
     def __init__(
@@ -37,7 +33,8 @@ class Answers:
     def begin(self) -> None:
         """Forget all questions."""
         count = len(self._names)
-        self.fresh, self.waiting = [False] * count, 0
+        self.fresh = [False] * count  # whether each joint has answered the question of this cycle
+        self.waiting = 0  # number of joints whose answer is still missing
         self._owed, self._came = [0] * count, [0] * count
         self._skipped, self._late = [False] * count, [False] * count
         self._extra, self._second, self._twice = [0] * count, [False] * count, [0] * count

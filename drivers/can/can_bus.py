@@ -86,10 +86,6 @@ for library in ("can", "canopen"):  # our errors contain their messages; without
 class CanBus:
     """A python-can bus that tolerates noise; `canopen` sends with it, too.
 
-    Attributes:
-        trouble: Why the bus can no longer be used; empty while it can.
-        unreadable: Number of frames so far that could not be read, or were error frames.
-
     Raises:
         BadSettings: If there is no such interface, or the options are invalid.
         NotReady: If another exidyn process uses the bus.
@@ -111,8 +107,8 @@ class CanBus:
             raise LinkLost(_cannot_open(interface, channel, bitrate, error)) from error
         self._transport = transport_of(self._bus, interface)
         self.clock = self._transport.clock = clock
-        self.trouble = ""
-        self.unreadable = 0
+        self.trouble = ""  # why the bus can no longer be used; empty while it can
+        self.unreadable = 0  # number of frames so far that could not be read, or were error frames
         self.channel_info = f"{interface} {channel}"
         self._failing = {"read": 0.0, "sent": 0.0}
         self._reported: set[str] = set()
@@ -224,20 +220,16 @@ def _cannot_open(interface: str, channel: str, bitrate: int, error: Exception) -
         "slcan": "Is the adapter plugged in, and may you read and write its port?",
     }.get(interface, "Is the adapter plugged in, and its driver installed?")
     if isinstance(error, can.CanInterfaceNotImplementedError | ImportError):
-        advice = _missing_package(interface)
+        package = PACKAGES.get(interface)
+        advice = (
+            f"python-can needs {package} for this interface: 'pip install {package}'."
+            if package
+            else "python-can lacks a library for this interface, such as that of its maker: see its page on "
+            f"'{interface}'."
+        )
     return (
         f"CAN bus {interface} {channel} cannot be opened: {type(error).__name__}: {error}. {advice} "
         "Other interfaces are chosen by 'interface' and 'channel'"
-    )
-
-
-def _missing_package(interface: str) -> str:
-    package = PACKAGES.get(interface)
-    if package:
-        return f"python-can needs {package} for this interface: 'pip install {package}'."
-    return (
-        "python-can lacks a library for this interface, such as that of its maker: see its page on "
-        f"'{interface}'."
     )
 
 

@@ -26,20 +26,14 @@ FORGET = 0.1
 
 
 class CanRound(ABC):
-    """A question to all joints and their answers, once per cycle; joints that `may_skip` can be left out.
-
-    Attributes:
-        target: Commanded position of each joint, in the unit of its drive.
-        fault: First reason why the arm can no longer be commanded; empty while it can.
-        received: Time of the last answer of any joint [s].
-    """
+    """A question to all joints and their answers, once per cycle; joints that `may_skip` can be left out."""
 
     def __init__(self, bus: CanBus, names: list[str], may_skip: bool) -> None:
         self._bus, self._names, self._clock = bus, names, bus.clock
         self._answers = Answers(names, self.report, may_skip, bus.clock)
-        self.target: list[Any] = []
-        self.fault = ""
-        self.received = self._clock.monotonic()
+        self.target: list[Any] = []  # commanded position of each joint, in the unit of its drive
+        self.fault = ""  # first reason why the arm can no longer be commanded; empty while it can
+        self.received = self._clock.monotonic()  # time of the last answer of any joint [s]
         self._answer_time = AnswerTime(bus.clock)
         self._events: list[str] = []
         self._data = b""
@@ -82,8 +76,6 @@ class CanRound(ABC):
 
     def events(self) -> tuple[str, ...]:
         """Events since the last call."""
-        if not self._events:
-            return ()
         events, self._events = tuple(self._events), []
         return events
 

@@ -204,9 +204,8 @@ class CanMit(CanDriver[MotorRound]):
         return f"{motor.name} does not switch on: {why}. Remove the cause, then try again"
 
     def _set_target(self, talk: MotorRound, command: Command) -> None:
-        position = (command.position - self._zero) * self._sign
-        velocity = command.velocity * self._sign
-        positions, velocities = position.tolist(), velocity.tolist()
+        positions = ((command.position - self._zero) * self._sign).tolist()
+        velocities = (command.velocity * self._sign).tolist()
         for motor, where, speed in zip(self._motors, positions, velocities, strict=True):
             if not (abs(where) <= motor.commanded.position and abs(speed) <= motor.commanded.velocity):
                 talk.fail(

@@ -30,23 +30,16 @@ UNKNOWN = State(0, *[float("nan")] * 4)
 
 
 class MotorRound(CanRound):
-    """Commands to the motors and their answers, at the outputs of the motors and with their signs.
-
-    Attributes:
-        request: Request that each motor is sent from now on.
-        state: Last answer of each motor.
-        target: Commanded position of each motor [rad].
-        velocity: Commanded velocity of each motor [rad/s].
-        watching: Whether an error is a fault.
-    """
+    """Commands to the motors and their answers, at the outputs of the motors and with their signs."""
 
     def __init__(self, bus: CanBus, motors: list[Motor]) -> None:
         super().__init__(bus, [motor.name for motor in motors], may_skip=True)
         self._motors = motors
         count = len(motors)
-        self.request, self.state = [Request.LISTEN] * count, [UNKNOWN] * count
-        self.target, self.velocity = [0.0] * count, [0.0] * count
-        self.watching = False
+        self.request = [Request.LISTEN] * count  # request that each motor is sent from now on
+        self.state = [UNKNOWN] * count  # last answer of each motor
+        self.target, self.velocity = [0.0] * count, [0.0] * count  # commands to each motor [rad], [rad/s]
+        self.watching = False  # whether an error is a fault
         self._constant = [_constant_frames(motor) for motor in motors]
         self._gains = [mit.gains(motor.commanded, motor.kp, motor.kd) for motor in motors]
         self._joints: dict[Family, dict[tuple[int, int], int]] = {}

@@ -1,9 +1,9 @@
 """Object dictionary of one drive over SDO, and the object that measures its current or torque."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from canopen.sdo import SdoClient
 from canopen.sdo.exceptions import SdoAbortedError
@@ -72,15 +72,8 @@ class Drive:
 
     def write(self, entry: Entry, value: int) -> None:
         """Write a value. Raises the errors of `read`."""
-        data = struct.pack(entry.form, value)
-        for attempt in range(1, TRIES + 1):
-            try:
-                return self._sdo.download(entry.index, entry.sub, data)
-            except SdoAbortedError as error:
-                raise self._refused(entry, f"refuses {entry} := {value}", error) from error
-            except Exception as error:  # an answer that noise has damaged raises errors of any type
-                if attempt == TRIES:
-                    raise LinkLost(self._silent(f"{entry} := {value}", error)) from error
+        request, data = f"{entry} := {value}", struct.pack(entry.form, value)
+        self._transfer(entry, request, f"refuses {request}", self._sdo.download, data)
 
     def set(self, entry: Entry, value: int) -> None:
         """Ensure that an object has a value: write it and read it back. Raises the errors of `read`.
@@ -106,25 +99,26 @@ class Drive:
         return ""
 
     def _upload(self, entry: Entry) -> bytes:
+        data: bytes = self._transfer(entry, str(entry), f"refuses to read {entry}", self._sdo.upload)
+        return data
+
+    def _transfer(
+        self, entry: Entry, request: str, refusal: str, transfer: Callable[..., Any], *data: bytes
+    ) -> Any:
+        """Transfer an object, with repetitions; `request` and `refusal` are for messages."""
         for attempt in range(1, TRIES + 1):
             try:
-                return self._sdo.upload(entry.index, entry.sub)
+                return transfer(entry.index, entry.sub, *data)
             except SdoAbortedError as error:
-                raise self._refused(entry, f"refuses to read {entry}", error) from error
-            except Exception as error:  # as in `write`
+                why = f"has no {entry}" if error.code in ABSENT else f"{refusal}: {error}"
+                raise Refused(f"{self.name} {why}", error) from error
+            except Exception as error:  # an answer that noise has damaged raises errors of any type
                 if attempt == TRIES:
-                    raise LinkLost(self._silent(str(entry), error)) from error
+                    raise LinkLost(
+                        f"{self.name} does not answer when asked for {request}: {error}. Check its power, "
+                        "node number and bitrate, and the termination of the bus"
+                    ) from error
         raise AssertionError("the last try returns or raises")
-
-    def _refused(self, entry: Entry, refusal: str, error: SdoAbortedError) -> Refused:
-        absent = error.code in ABSENT
-        return Refused(f"{self.name} has no {entry}" if absent else f"{self.name} {refusal}: {error}", error)
-
-    def _silent(self, request: str, error: Exception) -> str:
-        return (
-            f"{self.name} does not answer when asked for {request}: {error}. Check its power, node number "
-            "and bitrate, and the termination of the bus"
-        )
 
 
 TYPES = {

@@ -223,11 +223,7 @@ class Canopen402(CanDriver[Frames]):
         return not any(map(_enabled, frames.status))
 
     def _detach(self, frames: Frames) -> None:
-        """Make the drives no longer expect the host's heartbeat, and leave a quiet bus."""
-        for joint in range(self.arm.dof):
-            frames.write_unanswered(joint, c.CONSUMER_HEARTBEAT, 0)
-        self.clock.sleep(0.02)
-        frames.manage(c.PRE_OPERATIONAL)
+        frames.leave()
 
 
 def _enabled(status: int) -> bool:

@@ -39,14 +39,6 @@ class Frames(CanRound):
 
     The host has a node number too, and sends a heartbeat every `beat` [s]; drives that are `beating` send one
     every `heartbeat` [s]. `efforts` are the objects that measure current or torque.
-
-    Attributes:
-        control: Controlword of each drive; sent once `commanding`.
-        target: Target position of each drive [counts].
-        commanding: Whether controlwords and targets are sent.
-        status: Statusword of each drive; -1 before the first.
-        position: Position of each drive at the last SYNC that it answered [counts].
-        effort: Effort of each drive at the same SYNC [counts].
     """
 
     def __init__(
@@ -63,10 +55,11 @@ class Frames(CanRound):
         super().__init__(bus, names, may_skip=False)  # a drive without SYNC may take it for a fault
         self._nodes = nodes
         count = len(nodes)
-        self.control, self.target = [c.SHUT_DOWN] * count, [0] * count
-        self.commanding = False
-        self.status, self.position = [-1] * count, [0] * count
-        self.effort: list[float] = [0] * count
+        self.control, self.target = [c.SHUT_DOWN] * count, [0] * count  # controlwords, targets [counts]
+        self.commanding = False  # whether both are sent
+        self.status = [-1] * count  # statusword of each drive; -1 before the first
+        # Position and effort of each drive at the last SYNC that it answered [counts].
+        self.position, self.effort = [0] * count, list[float]([0] * count)
         self._measured_form = [struct.Struct(STOOD + e.form[1:] * beside(e)) for e in efforts]
         self._effort_form = [struct.Struct(e.form) for e in efforts]
         self._parts = [STOOD_PART if beside(e) else STOOD_PART | EFFORT_PART for e in efforts]
@@ -118,15 +111,18 @@ class Frames(CanRound):
         self._missing = list(self._parts)
         self._bus.send_frames(self._sync)
 
-    def write_unanswered(self, joint: int, entry: c.Entry, value: int) -> None:
-        """Write a value by SDO without waiting for an answer, because the drive may be absent."""
-        data = struct.pack(entry.form, value)
-        head = struct.pack("<BHB", 0x23 | 4 - len(data) << 2, entry.index, entry.sub)
-        self._bus.send_frames([(c.SDO_TO_NODE + self._nodes[joint], head + data.ljust(4, b"\0"))])
+    def leave(self) -> None:
+        """Make the drives no longer expect the host's heartbeat, and leave a quiet bus.
 
-    def manage(self, command: int) -> None:
+        No answer is waited for, because a drive may be absent.
+        """
+        entry = c.CONSUMER_HEARTBEAT
+        expect_nothing = struct.pack("<BHBI", 0x23, entry.index, entry.sub, 0)
         for node in self._nodes:
-            self._bus.send_frames([(c.NMT, bytes([command, node]))])
+            self._bus.send_frames([(c.SDO_TO_NODE + node, expect_nothing)])
+        self._clock.sleep(0.02)
+        for node in self._nodes:
+            self._bus.send_frames([(c.NMT, bytes([c.PRE_OPERATIONAL, node]))])
 
     def state(self, joint: int) -> str:
         return c.state(self.status[joint])

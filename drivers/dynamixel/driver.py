@@ -4,7 +4,7 @@ Each cycle is one write: the goals of all servos, and the question for current, 
 Each servo has a bus watchdog: if nothing arrives for a while, it stops, holds, and ignores goals until reset.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -18,8 +18,18 @@ from ..servo.servo_line import Codec, Goals, Measured, Reading, ServoSettings, S
 from ..settings import setting
 from . import packet as packets
 from . import registers
-from .health import DynamixelHealth, ServoData, current_units, find, require_healthy
-from .registers import MEASURED, TRIPPED, WARM, joins_answers, model_name, stops_in_silence
+from .registers import (
+    MEASURED,
+    TRIPPED,
+    WARM,
+    DynamixelHealth,
+    ServoData,
+    current_units,
+    joins_answers,
+    model_name,
+    require_healthy,
+    stops_in_silence,
+)
 
 WARM_EVERY = 100
 """Number of cycles between two readings of the temperatures."""
@@ -57,7 +67,8 @@ class Dynamixel(ServoDriver):
 
     def _set_up(self, bus: ServoBus) -> Info:
         settings, warnings = self.settings, list[str]()
-        servos = find(bus, settings.baudrate)
+        answers = bus.find(settings.baudrate, registers.BAUDRATES)
+        servos = [ServoData(int.from_bytes(data[:2], "little"), data[2]) for data in answers]
         bus.set_checked(registers.STATUS_LEVEL, [2] * self.arm.dof)
         self._reset_watchdog(bus, warnings)
         self._shutdown = bus.read(registers.SHUTDOWN)
@@ -123,28 +134,24 @@ class Dynamixel(ServoDriver):
         seconds = self._watchdog * registers.WATCHDOG_UNIT
         return f"bus watchdog: servos stop and hold after {seconds:g} s of silence"
 
-    def _warnings(self, bus: ServoBus, servos: Sequence[ServoData]) -> list[str]:
-        warnings = []
+    def _warnings(self, bus: ServoBus, servos: Sequence[ServoData]) -> Iterator[str]:
         if not np.all(self._current_unit):
-            warnings.append("some servos measure no current; only [drive] servo_gain identifies their joints")
+            yield "some servos measure no current; only [drive] servo_gain identifies their joints"
         if not self._watchdog:
-            warnings.append(
-                "without bus watchdog, servos keep moving to their last goal if this computer falls silent"
-            )
+            yield "without bus watchdog, servos keep moving to their last goal if this computer falls silent"
         unstopped = [
             bus.names[s] for s, servo in zip(bus.servos, servos, strict=True) if not stops_in_silence(*servo)
         ]
         if self._watchdog and unstopped:
-            warnings.append(
+            yield (
                 f"the bus watchdog of {', '.join(unstopped)} may trip without stopping the servo, as was "
                 "reported of its firmware. Try firmware 52 or newer, and unplug the cable once to test it"
             )
         if any(bus.read(registers.HOMING)) and self.settings.operating_mode != "position":
-            warnings.append(
+            yield (
                 "servos have homing offsets, with which some firmware moves when its bus watchdog stops it. "
                 "Try homing offsets of 0, and `zero` in the settings instead"
             )
-        return warnings
 
     def _identities(self, bus: ServoBus, servos: Sequence[ServoData]) -> dict[str, str]:
         texts = (
@@ -194,16 +201,10 @@ class Dynamixel(ServoDriver):
 
     def _begin(self) -> None:
         super()._begin()
-        self._health = DynamixelHealth(self._opened()[0], self._shutdown, self.clock.host_time())
+        self._health = DynamixelHealth(self._opened(), self._shutdown, self.clock.host_time())
 
     def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         return self._health.look(answers, now, self._armed and self._stopped < StopLevel.OFF, events)
-
-    def _to_register(self, counts: np.ndarray) -> list[int]:
-        return list(map(int, counts.tolist()))
-
-    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
-        return numbers.astype(float)
 
     def _guard(self, bus: ServoBus) -> bytes:
         """Start the watchdog; it may trip before the first cycle, which therefore resets it once."""

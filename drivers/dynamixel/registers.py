@@ -1,14 +1,18 @@
-"""Registers, units and models of Dynamixel X servos, and of MX servos with firmware 2.0.
+"""Registers, units and models of Dynamixel X servos and of MX servos with firmware 2.0, and their health.
 
 The numbers are from the manufacturer. Models without a unit of current have a load in its place, computed
 from the applied voltage.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..servo.servo_line import Register
+from ..errors import BadSettings, NotReady
+from ..servo.servo_bus import ServoBus
+from ..servo.servo_line import Register, Sign, Status
+from .packet import ALERT
 
 BAUDRATES = (57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
 """Baud rates that X servos support [bit/s]."""
@@ -27,18 +31,18 @@ WATCHDOG_UNIT = 0.02
 
 RETURN_DELAY = Register(9, 1, "return delay")
 MODE = Register(11, 1, "operating mode")
-HOMING = Register(20, 4, "homing offset", True)
-HIGHEST = Register(48, 4, "maximum position limit", True)
-LOWEST = Register(52, 4, "minimum position limit", True)
+HOMING = Register(20, 4, "homing offset", Sign.COMPLEMENT)
+HIGHEST = Register(48, 4, "maximum position limit", Sign.COMPLEMENT)
+LOWEST = Register(52, 4, "minimum position limit", Sign.COMPLEMENT)
 SHUTDOWN = Register(63, 1, "shutdown")
 TORQUE = Register(64, 1, "torque enable")
 STATUS_LEVEL = Register(68, 1, "status return level")
 HARDWARE_ERROR = Register(70, 1, "hardware error status")
-WATCHDOG = Register(98, 1, "bus watchdog", True)
+WATCHDOG = Register(98, 1, "bus watchdog", Sign.COMPLEMENT)
 PROFILE_ACCELERATION = Register(108, 4, "profile acceleration")
 PROFILE_VELOCITY = Register(112, 4, "profile velocity")
-GOAL = Register(116, 4, "goal position", True)
-PRESENT = Register(132, 4, "present position", True)
+GOAL = Register(116, 4, "goal position", Sign.COMPLEMENT)
+PRESENT = Register(132, 4, "present position", Sign.COMPLEMENT)
 
 TRIPPED = -1
 """Value of the bus watchdog after it has stopped the servo."""
@@ -108,3 +112,110 @@ def stops_in_silence(number: int, firmware: int) -> bool:
 def model_name(number: int) -> str:
     """Name of a model, or its number if unknown."""
     return MODELS[number].name if number in MODELS else f"model {number}"
+
+
+class ServoData(NamedTuple):
+    """Data of a servo: model number, which is a key of `MODELS` if known, and firmware version."""
+
+    model: int
+    firmware: int
+
+
+def require_healthy(bus: ServoBus, shutdown: Sequence[int]) -> None:
+    """Raise NotReady if a servo has an error for which it switches its torque off."""
+    for servo, bits, mask in zip(bus.servos, bus.read(HARDWARE_ERROR), shutdown, strict=True):
+        if bits & mask:
+            raise NotReady(
+                f"{bus.names[servo]} has stopped itself: {hardware_errors(bits & mask)}. Remove the cause, "
+                "support the arm, and switch its power off and on"
+            )
+
+
+def current_units(bus: ServoBus, servos: Sequence[ServoData], units: Sequence[float]) -> np.ndarray:
+    """Current per count [A], shape (n,), as set or else by model; zero for servos that measure none.
+
+    Raises BadSettings for an unknown model if no unit is set.
+    """
+    for servo, (model, _), unit in zip(bus.servos, servos, units, strict=True):
+        if not unit and model not in MODELS:
+            raise BadSettings(
+                f"{bus.names[servo]} is of model {model}, whose unit of current is not known. Look up its "
+                "register 126 in the manual and set current_unit"
+            )
+    return np.array([unit or MODELS[s.model].current_unit for s, unit in zip(servos, units, strict=True)])
+
+
+GAP = 50_000_000
+"""Time without an answer after which a servo may have been stopped or have lost its power [ns]."""
+
+AGAIN = 100
+"""Number of cycles after which lasting hardware errors are read again."""
+
+
+class DynamixelHealth:
+    """Detects from alerts and gaps in the answers that servos have stopped themselves.
+
+    `shutdown` contains the bits of hardware errors for which each servo switches its torque off; times are in
+    [ns].
+    """
+
+    def __init__(self, bus: ServoBus, shutdown: Sequence[int], now: int) -> None:
+        self._bus, self._shutdown = bus, shutdown
+        self._answered, self._gap, self._watchdogs_asked = [now] * len(shutdown), 0, False
+        self._alerts, self._reported, self._looks = set[int](), [0] * len(shutdown), 0
+
+    def look(self, answers: Sequence[Status | None], now: int, armed: bool, events: list[str]) -> str:
+        """Why servos have stopped themselves; empty if none has, or if it is not known yet.
+
+        A cycle asks at most one question, so that the loop is not delayed. Warnings of servos are added to
+        `events`. Raises LinkLost if the port is gone.
+        """
+        for place, answer in enumerate(answers):
+            if answer is not None:
+                self._gap = max(self._gap, now - self._answered[place])
+                self._answered[place] = now
+        alerts = self._new_alerts(answers)
+        return self._gap_reason(armed) if alerts is None else self._errors(alerts, events)
+
+    def _new_alerts(self, answers: Sequence[Status | None]) -> set[int] | None:
+        """Places of servos with an alert if their errors must be read; else None."""
+        alerts = {place for place in self._alerts if answers[place] is None}
+        alerts |= {p for p, answer in enumerate(answers) if answer is not None and answer.error & ALERT}
+        self._looks += 1
+        return None if alerts == self._alerts and not (alerts and self._looks % AGAIN == 0) else alerts
+
+    def _errors(self, alerts: set[int], events: list[str]) -> str:
+        """Read hardware errors; an error for which a servo switches its torque off is a fault."""
+        faults = []
+        for place, bits in enumerate(self._bus.peek(HARDWARE_ERROR)):
+            if bits is None:  # it is read again when its alert comes again
+                alerts.discard(place)
+                continue
+            name, stops = self._name(place), bits & self._shutdown[place]
+            if stops:
+                faults.append(f"{name} has switched its torque off: {hardware_errors(stops)}")
+            elif bits & ~self._reported[place]:
+                events.append(f"{name} warns: {hardware_errors(bits & ~self._reported[place])}")
+            self._reported[place] = bits
+        self._alerts = alerts
+        return "; ".join(faults)
+
+    def _gap_reason(self, armed: bool) -> str:
+        """Why a servo was silent: its watchdog has stopped it, or it has lost its power; else empty."""
+        if not armed or self._gap < GAP:
+            self._gap = 0
+            return ""
+        gap, self._watchdogs_asked = self._gap, not self._watchdogs_asked
+        if self._watchdogs_asked:
+            states = self._bus.peek(WATCHDOG)
+            stopped = f"was stopped by its bus watchdog after {1e-9 * gap:.3f} s of silence"
+            return next(
+                (f"{self._name(p)} {stopped}" for p, state in enumerate(states) if state == TRIPPED), ""
+            )
+        torques = self._bus.peek(TORQUE)
+        self._gap = 0 if any(on is not None for on in torques) else gap
+        lost = "has its torque off, as after a loss of power"
+        return next((f"{self._name(p)} {lost}" for p, on in enumerate(torques) if on == 0), "")
+
+    def _name(self, place: int) -> str:
+        return self._bus.names[self._bus.servos[place]]

@@ -13,7 +13,7 @@ import numpy as np
 from ..driver import Info
 from ..servo.servo_bus import LENGTHS, ServoBus
 from ..servo.servo_driver import ServoDriver
-from ..servo.servo_line import Codec, Goals, Measured, Reading, Register, ServoSettings, Status
+from ..servo.servo_line import Codec, Goals, Measured, Reading, Register, ServoSettings, Sign, Status
 from ..settings import setting
 from . import packet as packets
 
@@ -29,11 +29,11 @@ UNLOADING = Register(19, 1, "unloading condition")
 MODE = Register(33, 1, "operating mode")
 TORQUE = Register(40, 1, "torque enable")
 ACCELERATION = Register(41, 1, "acceleration")
-GOAL = Register(42, 2, "goal position")
+GOAL = Register(42, 2, "goal position", Sign.HIGHEST_BIT)
 GOAL_TIME = Register(44, 2, "goal time")
 GOAL_VELOCITY = Register(46, 2, "goal velocity")
 LOCK = Register(55, 1, "lock")
-PRESENT = Register(56, 2, "present position")
+PRESENT = Register(56, 2, "present position", Sign.HIGHEST_BIT)
 
 MEASURED = np.dtype(
     [
@@ -123,7 +123,9 @@ class Feetech(ServoDriver):
 
     def _decode(self, data: bytes, length: int) -> Measured:
         rows = np.frombuffer(data, MEASURED)
-        position, velocity, current = _signed(np.array([rows[name] for name in SIGNED]))
+        numbers = np.array([rows[name] for name in SIGNED])
+        magnitude = (numbers & 0x7FFF).astype(float)
+        position, velocity, current = np.where(numbers & 0x8000, -magnitude, magnitude)
         return Measured(
             position,
             velocity * self._velocity_unit,
@@ -148,18 +150,6 @@ class Feetech(ServoDriver):
             elif new:
                 events.append(f"{name} warns: {_alarms(new)}")
         return "; ".join(faults)
-
-    def _to_register(self, counts: np.ndarray) -> list[int]:
-        return [int(count) if count >= 0 else 0x8000 | int(-count) for count in counts.tolist()]
-
-    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
-        return _signed(numbers)
-
-
-def _signed(numbers: np.ndarray) -> np.ndarray:
-    """Decode numbers whose bit 15 is the sign."""
-    size = (numbers & 0x7FFF).astype(float)
-    return np.where(numbers & 0x8000, -size, size)
 
 
 def _alarms(bits: int) -> str:

@@ -29,10 +29,6 @@ LEAVING = 5.0
 class FciLink:
     """A running process that talks to the controller.
 
-    Attributes:
-        version: Version of the library.
-        fault: Why commands are no longer taken; empty while they are.
-
     Raises MissingPackage without the maker's library, LinkLost without a connection, NotReady if the
     controller refuses.
     """
@@ -42,18 +38,14 @@ class FciLink:
             raise MissingPackage("franka", PACKAGE, "franka")
         self._where, self._patience = settings.address, settings.wait
         self._records: deque[np.void] = deque()
-        self.fault = self.version = ""
+        self.version = ""  # version of the library
+        self.fault = ""  # why commands are no longer taken; empty while they are
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._socket.setblocking(False)
+        encoded = msgspec.json.encode(settings).decode()
         try:
             self._process = subprocess.Popen(
-                [
-                    sys.executable,
-                    "-m",
-                    f"{__package__}.fci_process",
-                    str(theirs.fileno()),
-                    msgspec.json.encode(settings).decode(),
-                ],
+                [sys.executable, "-m", f"{__package__}.fci_process", str(theirs.fileno()), encoded],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,

@@ -37,17 +37,12 @@ def fastest(distance: np.ndarray) -> np.ndarray:
 
 
 class LimitCheck:
-    """Checks each command of a stream with one command per millisecond, which begins at rest.
-
-    Attributes:
-        position: Last accepted position, shape (n,) [rad].
-        velocity: Velocity of the commands at this position, shape (n,) [rad/s].
-        acceleration: Acceleration of the commands at this position, shape (n,) [rad/s^2].
-    """
+    """Checks each command of a stream with one command per millisecond, which begins at rest."""
 
     def __init__(self, start: np.ndarray) -> None:
-        self.position = np.array(start)
-        self.velocity, self.acceleration = np.zeros(len(start)), np.zeros(len(start))
+        self.position = np.array(start)  # last accepted position, shape (n,) [rad]
+        self.velocity = np.zeros(len(start))  # velocity of the commands there, shape (n,) [rad/s]
+        self.acceleration = np.zeros(len(start))  # their acceleration, shape (n,) [rad/s^2]
 
     def look(self, position: np.ndarray) -> str:
         """Check a command; returns which limit it exceeds, or an empty text if it is accepted."""
@@ -133,18 +128,14 @@ class Step(NamedTuple):
 
 
 class TargetStream:
-    """Commands of one motion, from the position held by the controller, (n,) [rad], to rest.
-
-    Attributes:
-        reason: Why the stream stops; empty while it does not.
-    """
+    """Commands of one motion, from the position held by the controller, (n,) [rad], to rest."""
 
     def __init__(self, start: np.ndarray, held_back: int) -> None:
         self._waiting, self._held_back, self._begun = deque[np.ndarray](), held_back, False
         self._check = LimitCheck(start)
         self._stop: np.ndarray | None = None
         self._row = 0
-        self.reason = ""
+        self.reason = ""  # why the stream stops; empty while it does not
 
     def add(self, position: np.ndarray) -> None:
         """Add a command, shape (n,) [rad]; it is ignored once a stop has begun."""

@@ -24,11 +24,6 @@ _OLDEST = 10_000_000_000
 class Link:
     """A UDP socket bound to one address of this computer, for one controller.
 
-    Attributes:
-        strangers: Number of datagrams from other addresses, which were ignored.
-        stranger: Last of these addresses.
-        stranger_datagram: Last of these datagrams.
-
     Raises:
         BadSettings: If this computer does not have the address, or the address is invalid.
         NotReady: If the port is in use.
@@ -38,9 +33,9 @@ class Link:
         self.clock = clock
         self._controller = controller
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.strangers = 0
-        self.stranger = ""
-        self.stranger_datagram = Datagram(b"", 0, 0)
+        self.strangers = 0  # number of datagrams from other addresses, which were ignored
+        self.stranger = ""  # last of these addresses
+        self.stranger_datagram = Datagram(b"", 0, 0)  # last of these datagrams
         try:
             self._bind(address, port)
         except BaseException:
@@ -121,13 +116,6 @@ class Conversation:
     """Receives telegrams and answers them with the present corrections, one per axis [deg].
 
     If `counted`, the last number of a telegram counts answers that came too late.
-
-    Attributes:
-        silent: Whether telegrams are not answered, as at first.
-        stopping: Whether the Stop channel is set.
-        refused: Whether the network did not take the last answer.
-        repeated: Whether the last answer repeated the one before, which had come too late.
-        received: Time at which the last telegram was read [s].
     """
 
     def __init__(
@@ -142,11 +130,11 @@ class Conversation:
         self._answer, self._counted = answer, counted
         self._late: float | None = None
         self._answered = b""
-        self.repeated = False
-        self.silent = True
-        self.stopping = False
-        self.refused = False
-        self.received = self.clock.monotonic()
+        self.repeated = False  # whether the last answer repeated the one before, which had come too late
+        self.silent = True  # whether telegrams are not answered
+        self.stopping = False  # whether the Stop channel is set
+        self.refused = False  # whether the network did not take the last answer
+        self.received = self.clock.monotonic()  # time at which the last telegram was read [s]
         self.correct(corrections)
 
     def correct(self, corrections: Sequence[float]) -> None:

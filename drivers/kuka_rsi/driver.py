@@ -18,7 +18,7 @@ from .conversation import Conversation, Keeper, Link
 from .probe import Probe
 from .samples import Remarks, Samples, info_of, simulated
 from .session import Fresh, Session
-from .settings import ACTUAL, RsiSettings, axes_of, config_of, layout_of
+from .settings import ACTUAL, Axes, RsiSettings, config_of, layout_of
 from .start import check_start, cycle_of, first_telegrams
 from .telegram import Answer, TelegramReader
 
@@ -51,7 +51,7 @@ class KukaRsi(Driver):
         super().__init__(settings, arm)
         self._config = config_of(settings)
         self._layout = layout_of(self._config, settings, arm.dof)
-        self._axes = axes_of(settings)
+        self._axes = Axes(settings)
         self._cycle = settings.cycle
         self._lower, self._upper = settings.window
         self._limits = np.asarray(self._lower).tolist(), np.asarray(self._upper).tolist()

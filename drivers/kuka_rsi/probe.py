@@ -58,12 +58,6 @@ class Probe:
     `actual` are the columns of the measured positions. The controller may continue without answers for
     `timeout` cycles, and allows corrections from `lower` to `upper`, each (n,) [deg]; an axis without room
     for the probe is not probed.
-
-    Attributes:
-        correction: Correction for the next answer, shape (n,) [deg].
-        done: Whether the effect of corrections is known, or commands are forbidden.
-        fault: Why commands are forbidden; empty while they are allowed.
-        passed: Whether corrections have the required effect.
     """
 
     def __init__(
@@ -82,9 +76,11 @@ class Probe:
         self._rest = np.empty(0)
         self._decimals = 0
         self._messages: list[str] = []
-        self.done, self.fault, self.passed = not self._direction.any(), "", False
+        self.done = not self._direction.any()  # whether the effect is known, or commands are forbidden
+        self.fault = ""  # why commands are forbidden; empty while they are allowed
+        self.passed = False  # whether corrections have the required effect
         self._course = self._probe()
-        self.correction = next(self._course)
+        self.correction = next(self._course)  # correction for the next answer, shape (n,) [deg]
 
     def see(self, fresh: Fresh) -> None:
         """Process the telegram that was answered with the correction, and choose the next correction."""

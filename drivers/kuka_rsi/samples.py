@@ -1,5 +1,6 @@
 """Reports of a session: metadata at its beginning, then samples and events."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -42,36 +43,33 @@ def info_of(
     signals = ["position"]
     signals += ["current"] if layout.columns(settings.current_tag) else []
     signals += ["torque"] if layout.columns(settings.torque_tag) else []
-    explained = _explained(settings, config, layout, beginning)
-    warnings = [*beginning.warnings(), *_warnings(settings, config, signals)]
-    state: dict[str, dict[int, str]] = {name: {} for name in layout.external}
-    common: dict[str, Any] = {
-        "cycle": settings.cycle,
-        "clock": "controller",
-        "signals": tuple(signals),
-        "state": state,
-    }
+    info = Info(
+        cycle=settings.cycle,
+        clock="controller",
+        signals=tuple(signals),
+        settings=_explained(settings, config, layout, beginning),
+        warnings=(*beginning.warnings(), *_warnings(settings, config, layout, signals)),
+        listens=config.only_send,
+        state={name: {} for name in layout.external},
+    )
     if config.only_send:
-        warnings.append("this computer only listens: start the motion at the controller within a minute")
-        return Info(**common, settings=explained, warnings=tuple(warnings), listens=True)
+        return info
     lower, upper = settings.window
     window = axes.window(np.minimum(lower + MARGIN, 0.0), np.maximum(upper - MARGIN, 0.0))
-    return Info(
-        **common,
+    return replace(
+        info,
         dead_man=f"the controller stops after {settings.timeout} cycles "
         f"({settings.timeout * settings.cycle:g} s) without an answer, if that is the Timeout in its RSI "
         "context, which cannot be read",
         window_lower=window[0],
         window_upper=window[1],
-        settings=explained | _commanded(settings, config, layout),
-        warnings=(*warnings, *_risks(settings, layout)),
     )
 
 
 def _explained(
     settings: RsiSettings, config: RsiConfig, layout: Layout, beginning: Beginning
 ) -> dict[str, str]:
-    return {
+    explained = {
         "controller": settings.controller,
         "listens_on": f"{settings.bind or config.address}:{settings.port or config.port}",
         "generation": settings.generation,
@@ -87,11 +85,10 @@ def _explained(
         "current_unit": " ".join(np.atleast_1d(settings.current_unit)),
         "i_max": f"{_listed(settings.i_max)} A",
     }
-
-
-def _commanded(settings: RsiSettings, config: RsiConfig, layout: Layout) -> dict[str, str]:
+    if config.only_send:
+        return explained
     lower, upper = settings.window
-    return {
+    return explained | {
         "sentype": config.sentype,
         "corrections": " ".join(layout.corrections),
         "stop_channel": layout.switch or "none",
@@ -101,33 +98,29 @@ def _commanded(settings: RsiSettings, config: RsiConfig, layout: Layout) -> dict
     }
 
 
-def _warnings(settings: RsiSettings, config: RsiConfig, signals: list[str]) -> list[str]:
-    warnings = []
+def _warnings(settings: RsiSettings, config: RsiConfig, layout: Layout, signals: list[str]) -> Iterator[str]:
     if len(signals) == 1:
-        warnings.append("neither currents nor torques are sent: add DEF_MACur to SEND, or import a trace too")
+        yield "neither currents nor torques are sent: add DEF_MACur to SEND, or import a trace too"
     if (settings.bind or config.address) == "0.0.0.0":
-        warnings.append("the driver listens on every network of this computer; set bind to one address of it")
-    return warnings
-
-
-def _risks(settings: RsiSettings, layout: Layout) -> list[str]:
-    risks = []
+        yield "the driver listens on every network of this computer; set bind to one address of it"
+    if config.only_send:
+        yield "this computer only listens: start the motion at the controller within a minute"
+        return
     if settings.timeout <= SHORT:
-        risks.append(
+        yield (
             f"the controller stops after {settings.timeout} late answers in a row, which a busy computer "
             "may give: set Timeout of the ETHERNET object, and timeout here, to 100"
         )
     if not settings.probe:
-        risks.append(
+        yield (
             "the effect of corrections is not probed before the motion (probe is false): with "
             "RSI_ON(#RELATIVE) the arm runs away"
         )
     if not layout.switch:
-        risks.append(
+        yield (
             "no Stop channel: a quick stop takes until the controller's timeout, and so does the end of a "
             "run, with an error on the pendant"
         )
-    return risks
 
 
 def _listed(values: object) -> str:

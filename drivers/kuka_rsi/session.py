@@ -41,28 +41,17 @@ class Fresh(NamedTuple):
 
 
 class Session:
-    """Follows the telegrams of one controller with a cycle in [ms].
-
-    Attributes:
-        elapsed: Time between the first telegram and the last [ms].
-        restarted: Why another session has begun; empty if none has.
-        unread: Last datagram that was not a telegram.
-        counting: Whether stamps count answers and times are those of this computer, as with simulators.
-    """
+    """Follows the telegrams of one controller with a cycle in [ms]."""
 
     def __init__(self, reader: TelegramReader, cycle: int) -> None:
         self.reader, self._cycle = reader, cycle
-        self._last: Fresh | None = None
+        self.last: Fresh | None = None  # the newest telegram so far
         self._odd: Counter[str] = Counter()
         self._again = self._again_for = 0
-        self.elapsed = 0.0
-        self.restarted = ""
-        self.unread: Datagram | None = None
-        self.counting = False
-
-    @property
-    def last(self) -> Fresh | None:
-        return self._last
+        self.elapsed = 0.0  # time between the first telegram and the last [ms]
+        self.restarted = ""  # why another session has begun; empty if none has
+        self.unread: Datagram | None = None  # last datagram that was not a telegram
+        self.counting = False  # whether stamps count answers, as simulators do, and times are this computer's
 
     @property
     def waits(self) -> bool:
@@ -76,19 +65,19 @@ class Session:
 
     def take(self, datagrams: Sequence[Datagram]) -> Fresh | None:
         """Select the newest telegram among datagrams; None if none is newer than the last."""
-        before = self._last
+        before = self.last
         for datagram in datagrams:
             telegram = self.reader.read(datagram.data)
             if telegram is None:
                 self._odd["could not be read"] += 1
                 self.unread = datagram
-            elif self._last is None:
-                self._last = Fresh(telegram, datagram, 1, 0.0)
+            elif self.last is None:
+                self.last = Fresh(telegram, datagram, 1, 0.0)
             else:
-                self._follow(telegram, datagram, self._last)
-        if self._last is None or self._last is before:
+                self._follow(telegram, datagram, self.last)
+        if self.last is None or self.last is before:
             return None
-        return self._last if before is None else self._since(before, self._last)
+        return self.last if before is None else self._since(before, self.last)
 
     def _since(self, before: Fresh, last: Fresh) -> Fresh:
         gone = _advance(before.telegram, last.telegram)
@@ -97,8 +86,8 @@ class Session:
         waited = (last.datagram.arrival - before.datagram.arrival) * 1e-9
         time = waited if self.counting else gone * 1e-3
         self.elapsed += 1e3 * time
-        self._last = last._replace(cycles=max(round(gone / self._cycle), 1), late=waited - time)
-        return self._last
+        self.last = last._replace(cycles=max(round(gone / self._cycle), 1), late=waited - time)
+        return self.last
 
     def _follow(self, telegram: Telegram, datagram: Datagram, last: Fresh) -> None:
         gone = _advance(last.telegram, telegram)
@@ -113,11 +102,11 @@ class Session:
         elif gone < 0:
             self._odd["came too late"] += 1
         else:
-            self._last = Fresh(telegram, datagram, 1, 0.0)
+            self.last = Fresh(telegram, datagram, 1, 0.0)
             self._again = 0
 
     def _restart(self, why: str, telegram: Telegram, datagram: Datagram) -> None:
-        self._last = Fresh(telegram, datagram, 1, 0.0)
+        self.last = Fresh(telegram, datagram, 1, 0.0)
         self.restarted = self.restarted or (
             f"the controller has begun a new RSI session: {why}. Corrections now count from another pose; "
             "cancel the program on the controller and record again"
@@ -125,8 +114,6 @@ class Session:
 
     def events(self) -> tuple[str, ...]:
         """Irregularities since the last call, a sentence each."""
-        if not self._odd:
-            return ()
         events = tuple(f"{count} telegram{'s' * (count > 1)} {fate}" for fate, count in self._odd.items())
         self._odd.clear()
         return events

@@ -120,13 +120,20 @@ def _check(settings: RsiSettings) -> None:
         )
 
 
-@dataclass(frozen=True)
 class Axes:
-    """Relation between axes and joints."""
+    """Relation between axes and joints. Raises BadSettings for currents in percent without i_max."""
 
-    sign: np.ndarray  # sign of the axes relative to the joints, 1 or -1, shape (n,)
-    zero: np.ndarray  # joint positions where the axes show zero, shape (n,) [rad]
-    ampere: np.ndarray  # amperes per unit of current of the controller, shape (n,)
+    def __init__(self, settings: RsiSettings) -> None:
+        self.sign = np.array(settings.sign)  # sign of the axes relative to the joints, 1 or -1, shape (n,)
+        self.zero = np.array(settings.zero)  # joint positions where the axes show zero, shape (n,) [rad]
+        percent = np.array(settings.current_unit) == "percent"
+        maximum = np.array(settings.i_max)
+        if (percent & (maximum == 0.0)).any():
+            place = int(np.argmax(percent & (maximum == 0.0)))
+            raise BadSettings(
+                f"driver kuka_rsi: current_unit[{place}] is percent; set i_max, the current at 100 percent"
+            )
+        self.ampere = np.where(percent, 0.01 * maximum, 1.0)  # amperes per unit of current, shape (n,)
 
     def joints(self, degrees: np.ndarray) -> np.ndarray:
         """Joint positions (n,) [rad] of axis positions [deg]."""
@@ -140,18 +147,6 @@ class Axes:
         """Convert limits of corrections [deg] to limits of joint displacements, each (n,) [rad]."""
         ends = np.radians([self.sign * lower, self.sign * upper])
         return ends.min(axis=0), ends.max(axis=0)
-
-
-def axes_of(settings: RsiSettings) -> Axes:
-    """Relation between axes and joints. Raises BadSettings for currents in percent without i_max."""
-    ampere = []
-    for place, (unit, most) in enumerate(zip(settings.current_unit, settings.i_max, strict=True)):
-        if unit == "percent" and not most:
-            raise BadSettings(
-                f"driver kuka_rsi: current_unit[{place}] is percent; set i_max, the current at 100 percent"
-            )
-        ampere.append(0.01 * most if unit == "percent" else 1.0)
-    return Axes(np.array(settings.sign), np.array(settings.zero), np.array(ampere))
 
 
 ACTUAL, PROGRAMMED, DELAY = "AIPos", "ASPos", "Delay"

@@ -9,31 +9,22 @@ LONGEST_IDLE = 2.0
 
 
 class MockDrives:
-    """Drives of a simulated arm, which stop by themselves with a deceleration (n,) [rad/s^2].
-
-    Attributes:
-        stood: Initial position of the arm, shape (n,) [rad].
-        fault: Why the drives have stopped themselves; empty while they have not.
-        stopped: Whether the drives no longer take commands.
-        blocked: Whether each joint ignores its commands, shape (n,).
-        runaway: Velocity of joints that run away, whatever is commanded, until stopped, shape (n,) [rad/s].
-        deaf: Whether a quick stop is ignored.
-        refused: Highest stop level that the host fails to send to the drives.
-        additive: Whether each command is added as a correction in every cycle, relative to the position at
-            which this began.
-    """
+    """Drives of a simulated arm, which stop by themselves with a deceleration (n,) [rad/s^2]."""
 
     def __init__(self, plant: Plant, cycle: float, deceleration: np.ndarray, dead_man: float) -> None:
         self._plant, self._cycle = plant, cycle
         self._deceleration, self._dead_man = deceleration, dead_man
         self._position = np.array(plant.measure().position)
-        self.stood = self._position
+        self.stood = self._position  # initial position of the arm, shape (n,) [rad]
         self._velocity = np.zeros_like(self._position)
-        self.fault, self.stopped, self._released = "", False, False
-        self.blocked = np.zeros(len(self._position), bool)
+        self.fault = ""  # why the drives have stopped themselves; empty while they have not
+        self.stopped = self._released = False  # whether the drives no longer take commands
+        self.blocked = np.zeros(len(self._position), bool)  # whether each joint ignores its commands
+        # Velocity of joints that run away, whatever is commanded, until stopped, shape (n,) [rad/s].
         self.runaway = np.zeros(len(self._position))
-        self.deaf, self.refused = False, 0.0
-        self.additive, self._fastest = False, 0.0
+        self.deaf = False  # whether a quick stop is ignored
+        self.refused = 0.0  # highest stop level that the host fails to send to the drives
+        self.additive, self._fastest = False, 0.0  # whether commands add up, at most at this speed [rad/s]
         self._began = self._correction = np.zeros(len(self._position))
 
     def measure(self) -> Measured:

@@ -31,16 +31,13 @@ with suppress(ImportError):  # not every system has terminals
 class SerialPort:
     """An open port such as "/dev/ttyUSB0" or "COM3"; a short read has reached its deadline [s].
 
-    Attributes:
-        waited: Whether the last read had to wait for bytes.
-
     Raises BadSettings if there is no such port or baud rate [bit/s], NotReady if the port is in use or this
     user may not open it.
     """
 
     def __init__(self, name: str, baudrate: int, patience: float, clock: Clock = HOST) -> None:
-        self.clock = clock
-        self.name, self._patience, self.waited = name, patience, False
+        self.clock, self.name, self._patience = clock, name, patience
+        self.waited = False  # whether the last read had to wait for bytes
         try:
             self._port = serial.Serial(
                 name, baudrate, timeout=patience, write_timeout=WRITE_WITHIN, exclusive=True

@@ -17,28 +17,22 @@ TRIES = 3
 
 
 class ServoBus:
-    """The servos of an arm on an open port.
-
-    Attributes:
-        names: Names of the servos by id, in the order of the joints.
-        servos: Ids of the servos, in the same order.
-        in_step: Whether the last answers were complete, in order, and followed by nothing.
-    """
+    """The servos of an arm on an open port: `names` by id, in the order of the joints."""
 
     def __init__(self, port: SerialPort, codec: Codec, names: Mapping[int, str]) -> None:
-        self._port, self._codec, self.names = port, codec, dict(names)
-        self.servos = tuple(self.names)
+        self.port, self._codec, self.names = port, codec, dict(names)
+        self.servos = tuple(self.names)  # ids of the servos
         self.clock = port.clock
-        self.in_step = True
+        self.in_step = True  # whether the last answers were complete, in order, and followed by nothing
 
     def send_only(self, packets: bytes) -> None:
         """Send packets that have no answer. Raises LinkLost if the port is gone."""
         if packets:
-            self._port.write(packets)
+            self.port.write(packets)
 
     def drain(self) -> int:
         """Discard unsolicited bytes, and return their number. Raises LinkLost if the port is gone."""
-        return self._port.drain()
+        return self.port.drain()
 
     def ask(
         self, reading: Reading, before: bytes = b"", answer_time: AnswerTime | None = None
@@ -48,23 +42,23 @@ class ServoBus:
         Packets in `before` are sent ahead of the question, in the same write. `answer_time` is the usual
         time to its answers, None for a rare question. Raises LinkLost if the port is gone.
         """
-        self._port.write(before + reading.packet)
+        self.port.write(before + reading.packet)
         if answer_time is not None:
             answer_time.sleep()
         count, size = len(reading.servos), reading.answer_bytes
-        data = self._port.read(size)
+        data = self.port.read(size)
         if answer_time is not None and len(data) == size:
-            answer_time.adjust(self._port.waited)
+            answer_time.adjust(self.port.waited)
         parsed = reading.parse(data)
         while size <= len(data) < 2 * size and len(parsed.statuses) + parsed.broken < count:
-            more = self._port.read(1)  # byte stuffing makes answers longer than expected
+            more = self.port.read(1)  # byte stuffing makes answers longer than expected
             if not more:
                 break
             data += more
             parsed = reading.parse(data)
         servos = tuple(status.servo for status in parsed.statuses)
         if servos == reading.servos:
-            self.in_step = not self._port.waiting
+            self.in_step = not self.port.waiting
             return list(parsed.statuses) if self.in_step else [None] * count
         return self._sort(reading, parsed, len(data) >= size)
 
@@ -75,7 +69,7 @@ class ServoBus:
             reading.servos.index(s.servo) if s.servo in reading.servos else count for s in parsed.statuses
         ]
         in_order = all(a < b for a, b in zip(places, [*places[1:], count], strict=False))
-        orderly = in_order and not self._port.waiting
+        orderly = in_order and not self.port.waiting
         self.in_step = orderly and long_enough and len(parsed.statuses) + parsed.broken >= count
         answers: list[Status | None] = [None] * count
         if orderly:
@@ -117,7 +111,7 @@ class ServoBus:
         question = self._codec.sync_read(0, 1, self.servos)
         self.drain()
         self.send_only(question.packet)
-        if self._port.read(len(question.packet) + question.answer_bytes).startswith(question.packet):
+        if self.port.read(len(question.packet) + question.answer_bytes).startswith(question.packet):
             raise NotReady(
                 "the adapter echoes, so that questions look like answers. Try an adapter that listens only "
                 "while it does not send, such as those of the servos' makers"
@@ -162,12 +156,7 @@ class ServoBus:
 
     def packet(self, register: Register, values: Sequence[int]) -> bytes:
         """Packet that sets a register of all servos."""
-        size = register.size
-        mask = (1 << 8 * size) - 1
-        blocks = {
-            servo: (value & mask).to_bytes(size, "little")
-            for servo, value in zip(self.servos, values, strict=True)
-        }
+        blocks = dict(zip(self.servos, map(register.encode, values), strict=True))
         return self._codec.sync_write(register.address, blocks)
 
     def set_checked(self, register: Register, values: Sequence[int], pause: float = 0.0) -> None:
@@ -193,7 +182,7 @@ def _number(answer: Status | None, register: Register) -> int | None:
     """Value of a register in an answer; None without a valid answer."""
     if answer is None or len(answer.data) != register.size:
         return None
-    return int.from_bytes(answer.data, "little", signed=register.signed)
+    return register.decode(answer.data)
 
 
 LENGTHS = 4

@@ -27,7 +27,6 @@ from .servo_line import (
     ServoUnits,
     Status,
     Traffic,
-    explained,
 )
 
 BEFORE_RUN = 0.1
@@ -70,7 +69,7 @@ class ServoDriver(Driver):
         }
         self._units = ServoUnits(settings)
         self._bus: ServoBus | None = None
-        self._port: SerialPort | None = None
+
         self._armed = False
         self._samples = HostSamples(arm.dof)
         self._allowed = Goals(self._samples.unknown, self._samples.unknown)
@@ -89,8 +88,8 @@ class ServoDriver(Driver):
 
     def open(self) -> Info:
         """Open the port, find the servos and set them up; torque is left as it is."""
-        self._port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN, self.clock)
-        self._bus = ServoBus(self._port, self.codec, self._names)
+        port = SerialPort(self.settings.port, self.settings.baudrate, BEFORE_RUN, self.clock)
+        self._bus = ServoBus(port, self.codec, self._names)
         self.latency = adapter_latency(self.settings.port)
         try:
             info = self._set_up(self._bus)
@@ -107,12 +106,12 @@ class ServoDriver(Driver):
         A servo without an integrator needs a position error to hold a load. With its position as the new
         goal, it would give way by this error.
         """
-        bus, port = self._opened()
-        port.set_patience(BEFORE_RUN)
+        bus = self._opened()
+        bus.port.set_patience(BEFORE_RUN)
         bus.drain()
         holding = np.array(bus.read(self.torque), bool)
         goals = np.where(holding, self._confirmed(bus, self.goal), self._confirmed(bus, self.present))
-        bus.set_checked(self.goal, self._to_register(goals))
+        bus.set_checked(self.goal, list(map(int, goals.tolist())))
         bus.set_checked(self.torque, [1] * self.arm.dof)
         self._armed = True
         once = self._guard(bus)
@@ -151,7 +150,7 @@ class ServoDriver(Driver):
 
     def exchange(self, command: Command | None) -> Sample:
         """Send the goals and ask for all measurements, in one write."""
-        bus, _ = self._opened()
+        bus = self._opened()
         tick, events, before = self._clock.wait(), list[str](), self._goal_packet
         packets, self._once = self._once + self._goals_now(bus, command), b""
         readings = self._readings(self._count)
@@ -165,7 +164,8 @@ class ServoDriver(Driver):
             self._fault = self._fault or self._pause.text()
         answers = self._talk.exchange(packets, readings, events)
         now = self.clock.host_time()
-        measured, units = self._decode(_joined(answers, length), length), self._units
+        data = b"".join(bytes(length) if answer is None else answer.data for answer in answers)
+        measured, units = self._decode(data, length), self._units
         answered = [answer is not None for answer in answers]
         self._fault = self._fault or self._find_fault(answers, now, events)
         return self._samples.of(
@@ -187,12 +187,12 @@ class ServoDriver(Driver):
         return "questions, and the set-up of a run; no goal, and torque is left as it is"
 
     def states(self) -> tuple[str, ...]:
-        bus, port = self._opened()
-        port.set_patience(BEFORE_RUN)
+        bus = self._opened()
+        bus.port.set_patience(BEFORE_RUN)
         try:
             torques = bus.peek(self.torque)
         finally:
-            port.set_patience(self._in_run)
+            bus.port.set_patience(self._in_run)
         return tuple("" if on is None else f"torque {'on' if on else 'off'}" for on in torques)
 
     def stop(self, level: StopLevel) -> None:
@@ -210,20 +210,21 @@ class ServoDriver(Driver):
 
     def close(self) -> None:
         """Leave the servos at their last goal, or off if the settings say so, and close the port."""
-        bus, port, self._bus, self._port = self._bus, self._port, None, None
+        bus, self._bus = self._bus, None
+        if bus is None:
+            return
         with suppress(DriverError):
-            if bus is not None and self._armed:
+            if self._armed:
                 if self.settings.at_end == "off":
                     bus.send_only(bus.packet(self.torque, [0] * self.arm.dof))
                 self._unguard(bus)
         self._armed = False
-        if port is not None:
-            port.close()
+        bus.port.close()
 
-    def _opened(self) -> tuple[ServoBus, SerialPort]:
-        if self._bus is None or self._port is None:
+    def _opened(self) -> ServoBus:
+        if self._bus is None:
             raise LinkLost("the driver is not open. Open it first")
-        return self._bus, self._port
+        return self._bus
 
     @property
     def _in_run(self) -> float:
@@ -233,8 +234,8 @@ class ServoDriver(Driver):
 
     def _begin(self) -> None:
         """Start the cycles."""
-        bus, port = self._opened()
-        port.set_patience(self._in_run)
+        bus = self._opened()
+        bus.port.set_patience(self._in_run)
         self._clock = HostClock(self.settings.cycle, self.clock)
         self._talk = ServoTalk(bus)
         self._limits = [end.tolist() for end in self._allowed]
@@ -261,7 +262,7 @@ class ServoDriver(Driver):
 
     def _read(self, bus: ServoBus, register: Register) -> np.ndarray:
         """Read a position register [counts], shape (n,)."""
-        return self._from_register(np.array(bus.read(register)))
+        return np.array(bus.read(register), float)
 
     def _goals_now(self, bus: ServoBus, command: Command | None) -> bytes:
         """Packet with the goals of a stop or a command; a command outside the limits is a fault."""
@@ -275,7 +276,7 @@ class ServoDriver(Driver):
             low <= count <= high for low, count, high in zip(lowest, counts.tolist(), highest, strict=True)
         ]
         if all(inside):  # false for NaN
-            self._goal_packet = bus.packet(self.goal, self._to_register(counts))
+            self._goal_packet = bus.packet(self.goal, list(map(int, counts.tolist())))
             return self._goal_packet
         joint = inside.index(False)
         self._fault = self._fault or (
@@ -284,25 +285,23 @@ class ServoDriver(Driver):
         )
         return b""
 
-    def _window(self, bus: ServoBus) -> tuple[np.ndarray, np.ndarray]:
-        """Most negative and most positive motion from the present position, each of shape (n,) [rad]."""
-        ends = [self._units.displacement(end - self._read(bus, self.present)) for end in self._allowed]
-        return np.minimum(*ends), np.maximum(*ends)
-
     def _info(
         self, bus: ServoBus, signals: Sequence[str], warnings: Sequence[str], dead_man: str, **facts: str
     ) -> Info:
         """Metadata of the driver once it is set up; `facts` explain the measurements later."""
-        lower, upper = self._window(bus)
-        latency = f"{1e3 * self.latency:g} ms"
+        ends = [self._units.displacement(end - self._read(bus, self.present)) for end in self._allowed]
+        explained = {
+            name: " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+            for name, value in vars(self.settings).items()
+        }
         return Info(
             cycle=self.settings.cycle,
             clock="host",
             signals=tuple(signals),
             dead_man=dead_man,
-            window_lower=lower,
-            window_upper=upper,
-            settings=explained(self.settings) | {"adapter_latency": latency} | facts,
+            window_lower=np.minimum(*ends),
+            window_upper=np.maximum(*ends),
+            settings=explained | {"adapter_latency": f"{1e3 * self.latency:g} ms"} | facts,
             warnings=(*warnings, *latency_warnings(self.settings.port, self.latency)),
         )
 
@@ -335,19 +334,11 @@ class ServoDriver(Driver):
 
     @abstractmethod
     def _decode(self, data: bytes, length: int) -> Measured:
-        """Decode the concatenated answers of all servos, each of this length."""
+        """Decode the concatenated answers of all servos, each of this length; zeros replace missing ones."""
 
     @abstractmethod
     def _find_fault(self, answers: Sequence[Status | None], now: int, events: list[str]) -> str:
         """Why servos have stopped themselves, from their error bytes and gaps; empty if none has."""
-
-    @abstractmethod
-    def _to_register(self, counts: np.ndarray) -> list[int]:
-        """Convert counts to register values."""
-
-    @abstractmethod
-    def _from_register(self, numbers: np.ndarray) -> np.ndarray:
-        """Convert register values to counts."""
 
     def _guard(self, bus: ServoBus) -> bytes:
         """Make the servos stop when the computer falls silent; returns packets for the first cycle."""
@@ -355,8 +346,3 @@ class ServoDriver(Driver):
 
     def _unguard(self, bus: ServoBus) -> None:  # noqa: B027 - not all servos have a watchdog
         """Make the servos keep holding when the computer falls silent."""
-
-
-def _joined(answers: Sequence[Status | None], length: int) -> bytes:
-    """Concatenate the data of all servos; zeros replace missing answers."""
-    return b"".join(bytes(length) if answer is None else answer.data for answer in answers)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -11,16 +12,39 @@ from ..errors import BadSettings
 from ..settings import setting
 
 
-class Register(NamedTuple):
-    """A register of a servo: address of its lowest byte, size [bytes], name, and whether it is signed."""
+class Sign(Enum):
+    """Representation of negative numbers in a register."""
 
-    address: int
-    size: int
-    name: str
-    signed: bool = False
+    NONE = "no negative numbers"
+    COMPLEMENT = "two's complement"
+    HIGHEST_BIT = "magnitude, with the sign in the highest bit"
+
+
+class Register(NamedTuple):
+    """A register of a servo, with its values as bytes, the lowest first."""
+
+    address: int  # address of its lowest byte
+    size: int  # number of bytes
+    name: str  # name in messages
+    sign: Sign = Sign.NONE  # how it represents negative numbers
 
     def __str__(self) -> str:
         return f"{self.name} (register {self.address})"
+
+    def encode(self, value: int) -> bytes:
+        if self.sign is Sign.HIGHEST_BIT and value < 0:
+            value = -value | self._highest_bit
+        return (value & (1 << 8 * self.size) - 1).to_bytes(self.size, "little")
+
+    def decode(self, data: bytes) -> int:
+        value = int.from_bytes(data, "little", signed=self.sign is Sign.COMPLEMENT)
+        if self.sign is Sign.HIGHEST_BIT and value & self._highest_bit:
+            return -(value ^ self._highest_bit)
+        return value
+
+    @property
+    def _highest_bit(self) -> int:
+        return 1 << 8 * self.size - 1
 
 
 class Status(NamedTuple):
@@ -129,14 +153,6 @@ class ServoSettings:
     at_end: str = setting(
         "hold", "what servos do after the run: an arm without brakes drops when off", choices=("hold", "off")
     )
-
-
-def explained(settings: ServoSettings) -> dict[str, str]:
-    """Settings as texts, which explain the measurements later."""
-    return {
-        name: " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-        for name, value in vars(settings).items()
-    }
 
 
 class Goals(NamedTuple):

@@ -16,9 +16,20 @@ from ..samples import ControllerSamples, Remarks, word
 from ..values import Command, Sample
 from .dashboard import Dashboard
 from .program import ASKED, FOLLOW, JOINTS, SILENT, STOP, Registers, UrSettings, program_sent, program_text
-from .rtde import DATA, START, RtdeLink, package
-from .session import Session, agree, info_of, pause, start
-from .state import JOINT_MODE, PLAYING, REPORTED, STATE, obstacle, sample_of, slowed, state_of
+from .rtde import DATA, PAUSE, START, RtdeLink, package
+from .session import (
+    JOINT_MODE,
+    PLAYING,
+    REPORTED,
+    STATE,
+    Session,
+    agree,
+    info_of,
+    obstacle,
+    sample_of,
+    slowed,
+    state_of,
+)
 
 SILENCE, LONGER = 5, 0.02
 """Number of cycles without a package after which a sample is stale, and maximum wait beyond one cycle [s]: a
@@ -75,9 +86,10 @@ class UrRtde(Driver):
         self._link = RtdeLink(settings.address, settings.rtde_port, settings.wait, self.clock)
         try:
             self._session = agree(self._link, settings, self._registers, commanding)
-            start(self._link)
+            if self._link.ask(START) != b"\x01":
+                raise NotReady("driver ur_rtde: the controller refuses to send data. Try restarting it")
             record = self._first()
-            pause(self._link)
+            self._link.ask(PAUSE)  # until the first exchange: unread data fill the controller's buffers
             if commanding:
                 self._dashboard = Dashboard(
                     settings.address, settings.dashboard_port, settings.wait, self.clock

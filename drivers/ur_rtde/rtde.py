@@ -122,11 +122,7 @@ READ = 1 << 16
 
 
 class RtdeLink:
-    """A connection to the RTDE server, which answers within `patience` [s]. Raises LinkLost without it.
-
-    Attributes:
-        texts: Messages of the controller that were not read yet.
-    """
+    """A connection to the RTDE server, which answers within `patience` [s]. Raises LinkLost without it."""
 
     def __init__(self, address: str, port: int, patience: float, clock: Clock = HOST) -> None:
         self._clock = clock
@@ -143,7 +139,7 @@ class RtdeLink:
         self._waited_for = [self._socket.fileno()]
         self._unpacked = Unpacked()
         self._waiting: deque[tuple[bytes, bytes]] = deque()
-        self.texts: deque[str] = deque(maxlen=100)
+        self.texts: deque[str] = deque(maxlen=100)  # messages of the controller that were not read yet
 
     def ask(self, kind: bytes, body: bytes = b"") -> bytes:
         """Ask a question and return the answer, discarding data before it. Raises LinkLost if none comes."""

@@ -1,4 +1,4 @@
-"""`Robot`: kinematics, nominal inertias, limits and drives of one arm."""
+"""`Robot`: kinematics, nominal inertias, limits and drives of one arm; `ServoLaw`, the law of its servos."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -119,11 +119,7 @@ class Robot:
                 f"{self.name}: {self.kinematics.nq} positions for {n} velocities; every joint must be "
                 "revolute or prismatic, and there must be at least one"
             )
-        defaults = {
-            "drive_gain": np.ones(n),
-            "gear_ratio": np.ones(n),
-            "coupling": np.eye(n),
-        }
+        defaults = {"drive_gain": np.ones(n), "gear_ratio": np.ones(n), "coupling": np.eye(n)}
         for name, default in defaults.items():
             value = np.asarray(getattr(self, name), float)
             value = default if value.size == 0 else value
@@ -197,3 +193,26 @@ class Robot:
     def gravity(self) -> np.ndarray:
         """Gravity in the base frame, shape (3,) [m/s^2]."""
         return np.array(self.kinematics.gravity.linear)
+
+
+@dataclass(frozen=True, eq=False)
+class ServoLaw:
+    r"""Law of the position servos of n joints: the torque that a servo exerts for a command c.
+
+    .. math:: \tau = \mathrm{clip}\left(k_p (c(t - d) - q) - k_v \dot q + k_f \dot c(t - d)
+        + k_i \int (c(t - d) - q)\, dt,\; \pm L\right)
+    """
+
+    stiffness: np.ndarray  # torque per position error k_p, shape (n,) [N m/rad]
+    damping: np.ndarray  # torque against the joint's velocity k_v, shape (n,) [N m s/rad]
+    limit: np.ndarray  # largest torque L, shape (n,) [N m]; infinite if there is none
+    delay: np.ndarray  # time d from a command to its effect, shape (n,) [s]
+    feed_forward: np.ndarray  # torque per commanded velocity k_f, shape (n,) [N m s/rad]
+    integral: np.ndarray  # torque per integrated position error k_i, shape (n,) [N m/(rad s)]
+
+    @classmethod
+    def of(
+        cls, stiffness: np.ndarray, damping: np.ndarray, limit: np.ndarray, delay: np.ndarray
+    ) -> "ServoLaw":
+        """Servos without feed-forward and integral."""
+        return cls(stiffness, damping, limit, delay, *np.zeros((2, len(stiffness))))

@@ -8,23 +8,7 @@ from markupsafe import Markup, escape
 from exidyn.quoting import visible
 
 from ..text_table import UNKNOWN, digits, raised
-from .document import (
-    Block,
-    Cell,
-    Code,
-    Document,
-    Figure,
-    Folded,
-    Grid,
-    Heading,
-    Marked,
-    Number,
-    Numbers,
-    Paragraph,
-    Picture,
-    Statements,
-    Table,
-)
+from .document import Block, Cell, Document, Marked, Number, Numbers, Picture
 
 NAMELESS = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"
@@ -77,37 +61,16 @@ def _number(number: Number) -> Markup:
 
 
 def block(content: Block) -> Markup:
-    """HTML of a block."""
-    match content:
-        case Table():
-            return _PARTS.table(content, {0, *content.words})
-        case Statements():
-            return _PARTS.statements(content)
-        case Paragraph(text, style):
-            return Markup('<p class="{}">{}</p>').format("note" if style == "plot" else style, prose(text))
-        case Code(text):
-            return Markup("<pre>{}</pre>").format(text)
-        case Heading(text):
-            return Markup("<h3>{}</h3>").format(text)
-        case Figure():
-            return _PARTS.figure(content, Markup(content.svg))
-        case Grid(blocks):
-            return _PARTS.grid(content) if blocks else Markup()
-        case Folded(title, blocks):
-            parts = Markup().join(map(block, blocks))
-            return Markup("<details><summary>{}</summary>{}</details>").format(title, parts)
+    """HTML of a block, by the macro in parts.html that has the name of its class."""
+    macro: Any = getattr(_PARTS, type(content).__name__.lower())
+    return Markup(macro(content))
 
 
-def _templates() -> Environment:
-    environment = Environment(
-        loader=PackageLoader(__package__, ""),
-        autoescape=True,
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-    )
-    environment.filters |= {"prose": prose, "cell": cell, "block": block}
-    return environment
-
-
-TEMPLATES = _templates()
-_PARTS: Any = TEMPLATES.get_template("parts.html").module
+TEMPLATES = Environment(
+    loader=PackageLoader(__package__, ""),
+    autoescape=True,
+    undefined=StrictUndefined,
+    keep_trailing_newline=True,
+)
+TEMPLATES.filters |= {"prose": prose, "cell": cell, "block": block}
+_PARTS = TEMPLATES.get_template("parts.html").module

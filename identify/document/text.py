@@ -1,6 +1,6 @@
 """A document as text with 80 columns, for terminals."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 from ..text_table import at_point, page_width, paragraph, raised, table
 from .document import (
@@ -28,7 +28,7 @@ def text(document: Document) -> str:
     """The document as text, without plots and details."""
     width = page_width.get()
     parts = [[document.title.center(width).rstrip(), "=" * width]]
-    parts[0] += paragraph(document.note) + fact_lines(document.facts, LABEL)
+    parts[0] += paragraph(document.note) + fact_lines(document.facts, "", LABEL)
     for section in document.sections:
         if not section.detail and (lines := blocks_lines(section.blocks)):
             parts.append([section.title, "-" * width, *lines])
@@ -41,8 +41,8 @@ def brief_text(document: Document, room: int) -> str:
     Tables, verdicts, the first sentence, and what was asked for in addition are shown in full; the number of
     left-out sentences is stated.
     """
-    whole = [not isinstance(block, Statements) or block.style == "verdict" for block in document.brief]
-    parts = {place: _lines(b) for place, b in enumerate(document.brief) if whole[place]}
+    in_full = [not isinstance(block, Statements) or block.style == "verdict" for block in document.brief]
+    parts = {place: _lines(b) for place, b in enumerate(document.brief) if in_full[place]}
     # The title, its rule, the number of left-out sentences, and a blank line before each block.
     used = 3 + sum(
         1 + len(lines)
@@ -50,7 +50,7 @@ def brief_text(document: Document, room: int) -> str:
         if isinstance(document.brief[place], Table | Statements)
     )
     for place, block in enumerate(document.brief):
-        if isinstance(block, Statements) and not whole[place]:
+        if isinstance(block, Statements) and not in_full[place]:
             shown, left_out = _fitting(block, room - used)
             used += len(shown)
             parts[place] = [*shown, *([f"  and {left_out} more: --full"] if left_out else [])]
@@ -69,8 +69,9 @@ def _fitting(block: Statements, room: int) -> tuple[list[str], int]:
     return lines, 0
 
 
-def fact_lines(facts: Iterable[tuple[str, str]], width: int, indent: str = "") -> list[str]:
-    """Lines of labels and values, the labels `width` characters wide with their colon."""
+def fact_lines(facts: Collection[tuple[str, str]], indent: str = "  ", width: int = 0) -> list[str]:
+    """Lines of labels and values; the labels have this width with their colon, or that of the longest."""
+    width = width or max((len(label) + 2 for label, _ in facts), default=2)
     lines = []
     for label, value in facts:
         lines += paragraph(value, indent + " " * width, f"{indent}{label + ':':<{width}}")

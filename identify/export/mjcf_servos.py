@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.robot import Robot
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import Robot, ServoLaw
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_dcmotors import is_dc_motor

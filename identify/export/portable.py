@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arm.robot import Robot
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import Robot, ServoLaw
 from ..effects import Effect
 from ..effects.effect import JointEffect
 from ..effects.rigid_body import inertial_parameters, with_bodies

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..arm.robot import Robot
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import Robot, ServoLaw
 from ..dynamics.dynamics import Dynamics, stacked
 from ..dynamics.program import fitted_dynamics
 from ..effects.joint_state import JointState, Scalar

@@ -117,7 +117,5 @@ def figure(run: Agreement, robot: Robot) -> Any:
     canvas.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     axes[0].set_title(run.run)
     axes[-1].set_xlabel("time [s]")
-    pyplot.close(
-        canvas
-    )  # a notebook shows the value of a cell and also every open figure: it would appear twice
+    pyplot.close(canvas)  # a notebook shows open figures too: with the value of a cell, it would be twice
     return canvas

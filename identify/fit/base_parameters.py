@@ -38,12 +38,9 @@ class BaseParameters:
     @property
     def names(self) -> list[str]:
         """Names of the base parameters; an R such as in "ZZ1R" marks regrouping with other parameters."""
-        return [self._name(row, column) for row, column in enumerate(self.kept)]
-
-    def _name(self, row: int, column: int) -> str:
-        name = self.parameters[column].name
-        alone = np.count_nonzero(self.regrouping[row]) == 1
-        return name if alone else f"{name}R"
+        regrouped = np.count_nonzero(self.regrouping, axis=1) != 1
+        leading = [self.parameters[column].name for column in self.kept]
+        return [name + "R" * int(more) for name, more in zip(leading, regrouped, strict=True)]
 
     @property
     def units(self) -> list[str]:

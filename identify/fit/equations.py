@@ -48,11 +48,7 @@ class Equations:
         """Equations with some base parameters held at zero."""
         remaining = np.setdiff1d(np.arange(len(self.base.kept)), columns)
         base = replace(self.base, kept=self.base.kept[remaining], regrouping=self.base.regrouping[remaining])
-        return replace(
-            self,
-            base=base,
-            regressor=self.regressor[:, :, remaining],
-        )
+        return replace(self, base=base, regressor=self.regressor[:, :, remaining])
 
 
 def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Equations:

@@ -22,7 +22,7 @@ from .repeatability import Repeatability
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ..arm.servo_law import ServoLaw
+    from ..arm.robot import ServoLaw
     from ..feedforward.feedforward import Feedforward
 
 

@@ -1,7 +1,8 @@
 """Warnings about a fit: units, gains, impossible values, poor motions, invalid validation, open values."""
 
 from collections.abc import Sequence
-from itertools import combinations
+from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 
@@ -13,9 +14,9 @@ from ..text_table import NORMAL_95, digits
 from .base_parameters import BaseParameters, rich_motion
 from .equations import Equations
 from .estimators import Estimate
-from .estimators.nominal_gains import given_nominal
+from .estimators.compressed import Compressed
+from .estimators.least_squares import given_nominal, weighted_solution
 from .fit import Fit, Unclear
-from .reversed_signs import reversed_joints
 from .settled_gains import cure, open_by_gain
 
 FACTOR = 3.0
@@ -104,24 +105,20 @@ def _impossible(fit: Fit) -> dict[str, str]:
 
 def repeated_runs(runs: Sequence[Recording], validate: Sequence[Recording]) -> tuple[str, ...]:
     """Warnings about recordings that are used twice, recognized by their samples rather than their names."""
-    twice = [
-        f"{a.name} and {b.name} are the same recording, used twice: it counts double, and intervals are too "
-        "narrow"
-        for a, b in combinations(runs, 2)
-        if _same_samples(a, b)
-    ]
-    not_held_out = [
-        f"{held_out.name}: validation on a run that was also used (as {used.name}) proves nothing"
-        for held_out in validate
-        for used in runs
-        if _same_samples(held_out, used)
-    ]
-    validated_twice = [
-        f"{a.name} and {b.name} are the same recording, validated on twice"
-        for a, b in combinations(validate, 2)
-        if _same_samples(a, b)
-    ]
-    return (*twice, *not_held_out, *validated_twice)
+    twice = "{} and {} are the same recording, used twice: it counts double, and intervals are too narrow"
+    not_held_out = "{}: validation on a run that was also used (as {}) proves nothing"
+    validated_twice = "{} and {} are the same recording, validated on twice"
+    pairs = (
+        (twice, combinations(runs, 2)),
+        (not_held_out, product(validate, runs)),
+        (validated_twice, combinations(validate, 2)),
+    )
+    return tuple(
+        sentence.format(first.name, second.name)
+        for sentence, compared in pairs
+        for first, second in compared
+        if _same_samples(first, second)
+    )
 
 
 def _same_samples(a: Recording, b: Recording) -> bool:
@@ -259,3 +256,37 @@ def _in_words(model: Model, motion: Motion, gain: np.ndarray) -> str:
     first, second = sorted(shifts, key=lambda phrase: -shifts[phrase])[:2]
     # The mean of 40 of 400 samples has a standard deviation of 0.16; half of the first is still significant.
     return f"{first} and {second}" if shifts[second] > max(0.5 * shifts[first], 0.5) else first
+
+
+AS_WELL = 1e-3
+"""Relative increase of the residual's geometric mean over joints that counts as none: reversal does not
+change the residual of a joint that shares no body with others, or of all joints together."""
+BETTER = 0.1
+"""Relative decrease that shows a wrong sign even if only one parameter is negative."""
+
+
+def reversed_joints(equations: Equations, gain: np.ndarray, negative: Sequence[int]) -> list[int]:
+    """Joints whose effort, at drive gains (n,), fits as well or better if it is reversed.
+
+    `negative` is the number of parameters of each joint that oppose its motion and are negative, shape (n,).
+    They alone do not show a wrong sign: a missing effect, such as a tilted base, causes them too, and the
+    joints that share a body contradict each other if only one of them is reversed.
+    """
+    doubtful = [joint for joint, count in enumerate(negative) if count]
+    several = [joint for joint in doubtful if negative[joint] > 1]
+    if not doubtful:
+        return []
+    compressed = Compressed.of(equations)
+
+    def misfit(joints: Sequence[int]) -> float:
+        """Logarithm of the geometric mean over joints of the residual with some efforts reversed."""
+        sign = np.ones(len(gain))
+        sign[list(joints)] = -1.0
+        noise = weighted_solution(replace(equations, gain=sign * gain), compressed)[1]
+        return float(np.mean(np.log(np.maximum(noise, np.finfo(float).tiny))))
+
+    plain = misfit([])
+    if several and misfit(several) <= plain + AS_WELL:
+        return several
+    limit = {joint: plain + AS_WELL if joint in several else plain - BETTER for joint in doubtful}
+    return [joint for joint in doubtful if misfit([joint]) <= limit[joint]]

@@ -33,8 +33,7 @@ def gear_friction_bias(
         The bias; None if the model has friction under load.
     """
     n = len(estimate.gain)
-    has_friction = any(isinstance(effect, LoadDependentFriction) for effect in model.effects)
-    if has_friction:
+    if any(isinstance(effect, LoadDependentFriction) for effect in model.effects):
         return None
     torque = equations.regressor @ estimate.values + equations.known
     residual = estimate.gain * equations.current - torque

@@ -11,7 +11,6 @@ from ..errors import DifferentRobot, NotExcited, RecordingError
 from ..model import Model
 from ..plausible.gains import gains_by_masses, masses_sentence
 from ..plausible.gate import doubts
-from ..preparation.even import torque_off_warnings
 from ..preparation.prepare import (
     ABOVE,
     REST,
@@ -22,6 +21,7 @@ from ..preparation.prepare import (
     choose,
     prepare,
     recorded_up_to,
+    torque_off_warnings,
 )
 from ..progress import StageText
 from ..recordings.effort_checks import check_alive
@@ -50,6 +50,9 @@ TOO_POOR = (
 )
 
 
+# The systems are small, so threads of linear algebra mostly wait for one another: on two loaded cores, a fit
+# of 20 s of seven joints took ten times as long with two threads as with one.
+@threadpool_limits.wrap(limits=1)
 def identify(
     runs: Sequence[Recording],
     validate: Sequence[Recording] = (),
@@ -87,26 +90,6 @@ def identify(
         raise RecordingError(
             "no recording to identify from; give at least one in addition to those for validation"
         )
-    # The systems are small, so threads of linear algebra mostly wait for one another: on two loaded cores, a
-    # fit of 20 s of seven joints took ten times as long with two threads as with one.
-    with threadpool_limits(limits=1):
-        return _identify(
-            runs, validate, model, estimator, filtering, drop, fitted_shapes, as_recorded, repeat, progress
-        )
-
-
-def _identify(
-    runs: Sequence[Recording],
-    validate: Sequence[Recording],
-    model: Model | None,
-    estimator: Estimator | None,
-    filtering: Filtering,
-    drop: bool,
-    fitted_shapes: Sequence[str],
-    as_recorded: bool,
-    repeat: bool,
-    progress: Progress,
-) -> Fit:
     recordings = [check_alive(check(run)) for run in (*runs, *validate)]
     model = with_payloads(of_these_joints(model, recordings) if model else same_robot(recordings), recordings)
     recordings = [replace(run, model=model) for run in recordings]
@@ -138,9 +121,10 @@ def _identify(
         values = np.array([by_column.get(column, 0.0) for column in base.kept])
         compared = repeatability(model, equations, fit.estimate.gain, values, used, recordings[: len(runs)])
         fit = replace(fit, repeatability=compared)
+    drives = gains_by_masses(recordings, model) if fit.unscaled else []
     warnings = (
         *fit_warnings(fit, equations),
-        *_likely_gains(fit, recordings),
+        *([masses_sentence(drives, model.robot)] if drives else []),
         *(f"{run.name}: {warning}" for run in recordings for warning in run.warnings),
         *excitation_warnings(model.robot.joints, used, fit.condition),
         *_payload_warnings(model, used, held_out),
@@ -158,12 +142,6 @@ def _identify(
         exported=exported(fit),
     )
     return _judged_by_residual(fit) if fit.noise_source == SMOOTHED else fit
-
-
-def _likely_gains(fit: Fit, runs: Sequence[Recording]) -> list[str]:
-    """A sentence on the gains of a fit in amperes that the described masses make likely, if there are any."""
-    drives = gains_by_masses(runs, fit.model) if fit.unscaled else []
-    return [masses_sentence(drives, fit.model.robot)] if drives else []
 
 
 def _judged_by_residual(fit: Fit) -> Fit:

@@ -22,7 +22,7 @@ from ..positive_definite import after_unit_prior
 from ..text_table import NORMAL_95
 from .base_parameters import BaseParameters
 from .estimators.consistent import Held, nearest, unconstrained, whitening
-from .estimators.nominal_gains import given_nominal
+from .estimators.least_squares import given_nominal
 from .fit import Fit
 from .settled_gains import Settled, settled
 from .verdict import gains_estimated

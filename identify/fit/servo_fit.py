@@ -13,16 +13,71 @@ All signals pass the same low-pass, which leaves a linear law as it is; samples 
 left out. Standard deviations allow for correlated residuals, since scores are summed over blocks.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
+from scipy.stats import norm
 
-from ..arm.servo_law import ServoLaw
-from .servo_runs import LONGEST, ServoRun
+from ..arm.motion import differentiate
+from ..arm.robot import ServoLaw
+from ..preparation.even import Even
+from ..preparation.filters import low_pass
+from ..preparation.spectra import position_cutoff
+from ..recordings.recording import Recording
+
+LONGEST = 0.15
+"""Longest delay of a command that is considered [s]: five cycles of a 30 Hz bus."""
+
+
+@dataclass(frozen=True, eq=False)
+class ServoRun:
+    """Signals of one run; n joints."""
+
+    rate: float  # sampling rate [Hz]
+    cutoff: float  # cut-off of the low-pass that all signals but `raw_torque` have passed [Hz]
+    position: np.ndarray  # positions, shape (t, n) [rad]
+    velocity: np.ndarray  # velocities, shape (t, n) [rad/s]
+    torque: np.ndarray  # torques, shape (t, n) [N m]
+    raw_torque: np.ndarray  # torques before the low-pass, shape (t, n) [N m]
+    noise: np.ndarray  # standard deviation of the noise that is left in `torque`, shape (n,) [N m]
+    command: CubicSpline  # commands as functions of the time since the first sample
+
+    @classmethod
+    def of(cls, recording: Recording, gain: np.ndarray) -> "ServoRun":
+        """Signals of a recording with commands and effort; `gain` (n,) is the torque per current [N m/A]."""
+        even = Even.of(recording, None)
+        cutoff = position_cutoff(even.position, even.rate)
+        position, command, torque = (
+            low_pass(values, even.rate, cutoff)
+            for values in (even.position, even.signal("command"), even.signal(even.measures))
+        )
+        scale = np.ones(len(gain)) if even.measures == "torque" else gain
+        torque, raw_torque = scale * torque, scale * even.signal(even.measures)
+        # White noise behind a low-pass follows from the part that it removed. The median leaves out jumps of
+        # friction, which a low-pass removes too.
+        removed, share = raw_torque - torque, cutoff / (0.5 * even.rate)
+        size = np.median(np.abs(removed - np.median(removed, axis=0)), axis=0) / norm.ppf(0.75)
+        noise = size * np.sqrt(share / max(1.0 - share, share))
+        velocity = differentiate(position, even.rate)[0]
+        commands = CubicSpline(even.time - even.time[0], command)
+        return cls(even.rate, cutoff, position, velocity, torque, raw_torque, noise, commands)
+
+    @property
+    def inside(self) -> slice:
+        """Samples away from the transients of the filters, thinned to the band of the low-pass."""
+        edge = int(self.rate * (LONGEST + 2.0 / self.cutoff))
+        return slice(edge, len(self.position) - edge, max(1, int(self.rate / (4.0 * self.cutoff))))
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time since the first sample, shape (t,) [s]."""
+        return np.arange(len(self.position)) / self.rate
+
 
 GRID = 4e-3
 """Spacing of the grid of delays [s]; Gauss-Newton steps go on from its best one."""
@@ -111,15 +166,12 @@ class _Joint:
         limit, spread, used = self._limit(solution)
         solution = self._refine(solution.delay, terms, used)
         if np.isinf(limit):
-            versions = [solution, *self._extended(solution, used)]
+            versions = [solution]
+            for extra in ([COMMAND_RATE], [INTEGRAL], [COMMAND_RATE, INTEGRAL]):
+                extended = [*terms, *extra]
+                versions.append(self._refine(self._search(extended, used), extended, used))
             solution = min(versions, key=lambda version: version.residual**2 / HALVED ** len(version.terms))
         return _numbers(solution, limit, spread)
-
-    def _extended(self, solution: _Solution, used: np.ndarray) -> Iterator[_Solution]:
-        """Solutions with feed-forward, with an integrator, and with both."""
-        for extra in ([COMMAND_RATE], [INTEGRAL], [COMMAND_RATE, INTEGRAL]):
-            terms = [*solution.terms, *extra]
-            yield self._refine(self._search(terms, used), terms, used)
 
     def _system(self, delay: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """All columns (t, k), position error (t,), and its derivative by the delay (t,)."""
@@ -132,13 +184,7 @@ class _Joint:
         error = run.command(time)[:, joint] - run.position[:, joint]
         rate = run.command(time, 1)[:, joint]
         integral = np.cumsum(error) / run.rate
-        columns = [
-            run.torque[:, joint],
-            run.velocity[:, joint],
-            -rate,
-            -integral,
-            np.ones_like(error),
-        ]
+        columns = [run.torque[:, joint], run.velocity[:, joint], -rate, -integral, np.ones_like(error)]
         return np.stack(columns, axis=1)[inside], error[inside], rate[inside]
 
     def _search(self, terms: list[int], used: np.ndarray) -> float:

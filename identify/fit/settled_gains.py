@@ -15,7 +15,7 @@ from scipy import stats
 from ..arm.robot import Robot
 from ..positive_definite import factored, solve
 from .estimators import Estimate
-from .estimators.nominal_gains import given_gains, slope
+from .estimators.least_squares import given_gains, slope
 from .fit import Fit
 
 OPEN = 0.3

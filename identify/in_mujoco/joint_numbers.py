@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
-from ..arm.robot import Robot
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import Robot, ServoLaw
 from ..export.changes import DIGITS, Change
 from ..export.mjcf_servos import with_servo_law
 from ..export.xml_text import Edits, Elements, read_tags
-from ..fit.servo_fit import ServoFit
-from ..fit.servo_runs import LONGEST
+from ..fit.servo_fit import LONGEST, ServoFit
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law, servos
 from ..robot_files.mjcf_elements import JOINT_TERMS

@@ -10,8 +10,8 @@ import numpy as np
 from ..errors import RecordingError, RobotError
 from ..export.mjcf_gears import TWIST
 from ..model import Model
+from ..preparation.filters import without_delay
 from ..preparation.prepare import Filtering, prepare
-from ..preparation.undelayed import without_delay
 from ..recordings.recording import Recording, interpolated
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf

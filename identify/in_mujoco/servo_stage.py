@@ -12,8 +12,7 @@ import numpy as np
 from ..diagnosis.runs.usable import HELD_OUT
 from ..errors import ExidynError
 from ..export.changes import Change
-from ..fit.servo_fit import identify_servos
-from ..fit.servo_runs import ServoRun
+from ..fit.servo_fit import ServoRun, identify_servos
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording

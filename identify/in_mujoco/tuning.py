@@ -16,7 +16,7 @@ import numpy as np
 
 from ..export.changes import SAME
 from ..fit.needed_changes import with_needed_changes
-from ..fit.servo_runs import LONGEST
+from ..fit.servo_fit import LONGEST
 from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT
 from .rollouts import MOMENTS, Rollouts
 

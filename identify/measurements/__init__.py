@@ -1,10 +1,7 @@
 """Effects between an arm and its recordings, with one line in the table per kind."""
 
-from .backlash import Backlash
-from .currents import CurrentClipping, DriveGainSaturation, TimeDelay
-from .gear import Gear
-from .joint_elasticity import JointElasticity
-from .measurement import Measurement
+from .gears import Backlash, Gear, JointElasticity
+from .measurement import CurrentClipping, DriveGainSaturation, Measurement, TimeDelay
 
 MEASUREMENTS: dict[str, type[Measurement]] = {
     "time_delay": TimeDelay,

@@ -21,14 +21,13 @@ from ..document.document import (
 from ..document.html import html
 from ..effects import Effect, name_of
 from ..fit.agreement import Agreement, Scores
-from ..fit.estimators.nominal_gains import given_nominal
+from ..fit.estimators.least_squares import given_nominal
 from ..fit.fit import Fit
 from ..fit.verdict import JointState, gains_estimated, joint_verdicts, judged, verdict
 from ..model import Model
 from ..text_table import NORMAL_95, digits
-from .fit_parameters import parameters_section, unit_head
+from .fit_parameters import agreement_sentence, parameters_section, repeatability_section, unit_head
 from .fit_plots import ROOM_TEMPERATURE, friction_plot, interval_bar, measured_unit, torque_plot
-from .repeatability_section import agreement_sentence, repeatability_section
 from .svg import COLUMNS
 
 STRETCHES = 20_000
@@ -56,16 +55,13 @@ def report_html(fit: Fit) -> str:
 
 def fit_sections(fit: Fit) -> list[Section]:
     """All sections, the verdict first."""
+    known = fit.repeatability
     return [
         Section("verdict", "Verdict", verdict_blocks(fit)),
         Section("gains", "Drive gains", _gains(fit)),
         parameters_section(fit),
         Section("runs", "Runs", _runs(fit)),
-        *(
-            [repeatability_section(fit.repeatability, unit_head(fit))]
-            if fit.repeatability is not None
-            else []
-        ),
+        *([] if known is None else [repeatability_section(known, unit_head(fit))]),
         Section("friction", "Friction", _friction(fit), detail=True),
         Section("conditioning", "Conditioning", _conditioning(fit), detail=True),
         Section("structure", "Composition of base parameters", _structure(fit)),

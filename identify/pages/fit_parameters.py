@@ -1,4 +1,4 @@
-"""Table of base parameters: estimate, interval, nominal value and note in one row."""
+"""Tables of base parameters: estimate, interval, nominal value and note; and which agree between runs."""
 
 import numpy as np
 
@@ -6,10 +6,13 @@ from ..document.document import Block, Heading, Number, Paragraph, Picture, Row,
 from ..effects import name_of
 from ..fit.fit import Fit
 from ..fit.fit_warnings import OPEN
+from ..fit.repeatability import FEWEST, SHORTEST, SPEED, TEMPERATURE, TIME, Repeatability, Repeated
 from ..fit.verdict import SURPRISE, payload_centres, surprises
-from ..model import Model
-from ..text_table import NORMAL_95, digits
+from ..text_table import NORMAL_95, digits, percent
 from .fit_plots import interval_bar
+
+UNITS = {SPEED: "rad/s", TEMPERATURE: "\N{DEGREE SIGN}C", TIME: "min"}
+"""Units of the conditions; settings have none."""
 
 
 def parameters_section(fit: Fit) -> Section:
@@ -39,7 +42,11 @@ def unit_head(fit: Fit) -> str:
 def _table(fit: Fit) -> Table:
     """One row per parameter, below the name of its effect."""
     names = [fit.base.parameters[column].name for column in fit.base.kept]
-    effects = _effects(fit.model)
+    effects = {
+        parameter.name: f"{name_of(effect)} {effect.payload}".replace("_", " ").strip()
+        for effect in fit.model.effects
+        for parameter in effect.parameters(fit.model.robot)
+    }
     far = surprises(fit)
     # Values in amperes cannot be compared with a prior.
     deviation = np.full(len(names), np.inf) if fit.unscaled else fit.prior[1]
@@ -67,25 +74,14 @@ def _row(fit: Fit, place: int, deviation: float, far: list[str]) -> Row:
     ]  # fmt: skip
 
 
-def _effects(model: Model) -> dict[str, str]:
-    """Effect of each parameter, in words, by the name of the parameter."""
-    return {
-        parameter.name: f"{name_of(effect)} {effect.payload}".replace("_", " ").strip()
-        for effect in model.effects
-        for parameter in effect.parameters(model.robot)
-    }
-
-
 def _open(fit: Fit) -> list[Block]:
     if not fit.unclear:
         return []
     rows: list[Row] = [
         [unclear.name, Number(unclear.std_percent, 3), unclear.hint] for unclear in fit.unclear
     ]
-    return [
-        Heading("Uncertain"),
-        Table(["name", "std, %", "motion that would determine it"], rows, words=(2,)),
-    ]
+    table = Table(["name", "std, %", "motion that would determine it"], rows, words=(2,))
+    return [Heading("Uncertain"), table]
 
 
 def _dropped(fit: Fit) -> list[Block]:
@@ -114,3 +110,71 @@ def _moved(fit: Fit) -> list[Block]:
         [m.name, Number(m.value), Number(m.exported), Number(m.deviations, 3)] for m in fit.moved
     ]
     return [Heading("Exported otherwise"), Paragraph(note), Table(["name", "value", "exported", "far"], rows)]
+
+
+def repeatability_section(repeatability: Repeatability, unit: str) -> Section:
+    """How many parameters agree, and a table of those that differ under the head `unit`."""
+    blocks: list[Block] = [Statements([agreement_sentence(repeatability)])]
+    if repeatability.differing:
+        note = (
+            "Between: standard deviation between parts beyond that of the estimates. Probability: that of at "
+            "least this scatter if the parameter is the same in all parts. Follows: conditions that explain "
+            "the differences, each by itself, with the change per unit."
+        )
+        rows: list[Row] = [_repeated_row(parameter, repeatability) for parameter in repeatability.differing]
+        head = ["parameter", "mean", "between", unit, "between, %", "probability", "follows"]
+        blocks += [Paragraph(note), Table(head, rows, words=(3, 5, 6))]
+    return Section("repeatability", "Repeatability", blocks)
+
+
+def agreement_sentence(repeatability: Repeatability) -> str:
+    """Number of parts, of parameters, and of those that agree."""
+    parts, count = repeatability.parts, len(repeatability.parameters)
+    if len(parts) < 2:
+        return f"Nothing to compare: this needs two runs, or parts of a run, of {SHORTEST:g} s each."
+    if not count:
+        return "No part alone determines a base parameter: record longer runs that move all joints."
+    runs = len({part.run for part in parts})
+    split = f"{runs} runs" if runs == len(parts) else f"{len(parts)} parts of {runs} run{'s' * (runs > 1)}"
+    differing = len(repeatability.differing)
+    known = sum(_determined(parameter) for parameter in repeatability.parameters)
+    seen = (
+        f"A part alone determines {known} of the {count} to {OPEN:g} % or better; of the others, only larger "
+        "differences would be seen."
+    )
+    if not differing:
+        return (
+            f"All {count} base parameters agree between {split}, each fitted alone: they scatter as their "
+            f"intervals say. {seen}"
+        )
+    return (
+        f"{count - differing} of {count} base parameters agree between {split}, each fitted alone; "
+        f"{differing} scatter{'s' * (differing == 1)} more than their intervals say. {seen}"
+    )
+
+
+def _determined(parameter: Repeated) -> bool:
+    """Whether the median standard deviation of the parts is below `OPEN` percent of the mean."""
+    std = [value for value in parameter.std if value is not None]
+    return bool(100 * np.median(std) <= OPEN * abs(parameter.mean))
+
+
+def _repeated_row(parameter: Repeated, repeatability: Repeatability) -> Row:
+    relative = 100 * parameter.deviation / abs(parameter.mean) if parameter.mean else float("nan")
+    return [
+        parameter.name, Number(parameter.mean), Number(parameter.deviation, 2), parameter.unit,
+        Number(relative, 2), percent(parameter.probability), _follows(parameter, repeatability),
+    ]  # fmt: skip
+
+
+def _follows(parameter: Repeated, repeatability: Repeatability) -> str:
+    """Conditions with the change of the parameter per unit."""
+    if trends := parameter.follows:
+        return "; ".join(
+            f"{trend.condition}, {digits(trend.slope, 3)} ± {digits(NORMAL_95 * trend.std, 2)} per "
+            f"{UNITS.get(trend.condition, 'unit')}"
+            for trend in trends
+        )
+    if len(repeatability.parts) < FEWEST:
+        return f"undecided: {FEWEST} parts are needed"
+    return f"not {' or '.join(repeatability.conditions)}"

@@ -119,10 +119,8 @@ def verdict(gap: Gap, written: Written = NOTHING) -> list[str]:
         statements.append(
             f"With the findings attached, it deviates by {compared.far(gap.attached.distances)}"
         )
-    for words, gain in (
-        ("Reduce the gap", Gain.BETTER),
-        ("Included, without a difference in these runs", Gain.SAME),
-    ):
+    effects = {"Reduce the gap": Gain.BETTER, "Included, without a difference in these runs": Gain.SAME}
+    for words, gain in effects.items():
         names = [stage.name for stage in gap.stages if stage.gain is gain and not stage.reason]
         statements += [f"{words}: {joined(names)}"] if names else []
     statements += doubts
@@ -161,13 +159,9 @@ def _unexplained(gap: Gap) -> list[tuple[str, str, float]]:
         return []
     others = [float(np.median(np.delete(errors, joint))) for joint in range(len(errors))]
     return [
-        (
-            gap.diagnosis.joints[joint],
-            f"{digits(1e3 * float(errors[joint]), 3)} mrad",
-            float(errors[joint] / other),
-        )
-        for joint, other in enumerate(others)
-        if errors[joint] > UNEXPLAINED * other > 0.0
+        (name, f"{digits(1e3 * float(error), 3)} mrad", float(error / other))
+        for name, error, other in zip(gap.diagnosis.joints, errors, others, strict=True)
+        if error > UNEXPLAINED * other > 0.0
     ]
 
 
@@ -198,8 +192,8 @@ def _stages(gap: Gap) -> Table:
     rows: list[list[Cell]] = [[AS_IT_WAS, *_distances(compared, gap.original), ""]]
     for stage in gap.stages:
         gained = Marked("yes", "good") if stage.gain is Gain.BETTER else unchanged
-        none: list[Cell] = [Number(np.nan)] * (len(head) - 2)
-        numbers = _distances(compared, stage.distances) if stage.distances else none
+        unknown: list[Cell] = [Number(np.nan)] * (len(head) - 2)
+        numbers = _distances(compared, stage.distances) if stage.distances else unknown
         rows.append([stage.name, *numbers, "no" if stage.reason else gained])
     return Table(head, rows, words=(len(head) - 1,))
 

@@ -1,11 +1,8 @@
 """Numbers on the page of a gap: drive gains of the recordings, and what changes in the file."""
 
-from collections.abc import Iterator, Sequence
-
 import numpy as np
 
 from ..document.document import Block, Cell, Number, Paragraph, Table
-from ..export.changes import Change
 from ..in_mujoco.gap import Gap
 from ..in_mujoco.joint_numbers import UNITS
 from ..in_mujoco.replay import TORQUE
@@ -60,20 +57,13 @@ def changed_numbers(gap: Gap) -> list[Block]:
     changed = [change for change in gap.file.changes if change.told_apart or not np.isfinite(change.half)]
     blocks: list[Block] = []
     if changed:
-        head = ["changed", "unit", "file", "identified", "± 95 %"]
-        blocks.append(Table(head, list(_by_element(changed)), words=(1,)))
+        rows: list[list[Cell]] = []
+        for where in dict.fromkeys(change.where for change in changed):
+            rows.append([where])  # the name of the element, above its numbers
+            for change in (change for change in changed if change.where == where):
+                numbers = Number(change.old), Number(change.new), Number(change.half, 2)
+                rows.append([change.attribute, change.unit, *numbers])
+        blocks.append(Table(["changed", "unit", "file", "identified", "± 95 %"], rows, words=(1,)))
     if unlisted := len(gap.file.changes) - len(changed):
         blocks.append(Paragraph(TOGETHER.format(unlisted)))
     return blocks
-
-
-def _by_element(changes: Sequence[Change]) -> Iterator[list[Cell]]:
-    """Rows of changed numbers below the names of their elements."""
-    by_element: dict[str, list[Change]] = {}
-    for change in changes:
-        by_element.setdefault(change.where, []).append(change)
-    for where, changes_there in by_element.items():
-        yield [where]
-        for change in changes_there:
-            half = Number(change.half if np.isfinite(change.half) else np.nan, 2)
-            yield [change.attribute, change.unit, Number(change.old, 4), Number(change.new, 4), half]

@@ -153,15 +153,10 @@ def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
     for number, pose in enumerate(result.check.poses, start=1):
         where = ", ".join(f"{value:.2f}" for value in pose.position + 0.0)
         rows.append([f"pose {number}: ({where}) rad"])
-        columns = zip(result.joints, pose.measured, pose.predicted, pose.std, strict=True)
+        columns = zip(result.joints, pose.measured, pose.predicted, NORMAL_95 * pose.std, strict=True)
         rows += [
-            [
-                joint,
-                *map(Number, (measured, predicted)),
-                Number(measured - predicted, 2),
-                Number(NORMAL_95 * std, 2),
-            ]
-            for joint, measured, predicted, std in columns
+            [joint, *map(Number, (measured, predicted)), Number(measured - predicted, 2), Number(half, 2)]
+            for joint, measured, predicted, half in columns
         ]
     return [
         Paragraph("Mean torque of the payload over at most a second, left out of the estimate [N m]."),
@@ -171,8 +166,7 @@ def _check(result: PayloadEstimate) -> list[Paragraph | Table]:
 
 def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[str, Any]:
     """The result for JSON."""
-    body, names = result.body, [*CENTER_NAMES]
-    moments, axes = body.principal
+    moments, axes = result.body.principal
     return {
         "exidyn_payload": FORMAT,
         "robot": result.robot,
@@ -182,7 +176,7 @@ def payload_table(result: PayloadEstimate, formats: Sequence[str] = ()) -> dict[
         "arm_known_from": result.source,
         "frame": result.frame,
         "mass": _interval(result.mass, result.certain.mass),
-        "center": dict(zip(names, map(_interval, result.center, result.certain.center), strict=True)),
+        "center": dict(zip(CENTER_NAMES, map(_interval, result.center, result.certain.center), strict=True)),
         "inertia": dict(
             zip(INERTIA_NAMES, map(_interval, result.inertia, result.certain.inertia), strict=True)
         ),

@@ -21,9 +21,9 @@ from itertools import pairwise
 import numpy as np
 
 from ..fit.equations import Equations
-from ..fit.estimators.covariance import noise_covariance, sandwich
+from ..fit.estimators.colored_noise import noise_covariance, spectrum
+from ..fit.estimators.covariance import sandwich
 from ..positive_definite import ROUNDING
-from ..preparation.noise import spectrum
 from .known import Known
 from .rows import Rows
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from ..arm.rigid_regressor import INERTIAL
 from ..errors import FitError
-from ..fit.estimators.nominal_gains import gain_deviation
-from ..fit.estimators.prior import prior
+from ..fit.estimators.least_squares import gain_deviation, prior
 from ..fit.fit import Fit
 from ..fit.settled_gains import settled
 from ..model import Model

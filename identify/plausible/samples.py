@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.derivatives import differentiate
-from ..arm.motion import Motion
+from ..arm.motion import Motion, differentiate
 from ..arm.robot import Robot
 from ..preparation.filters import low_pass, uniform
 from ..recordings.recording import EFFORT, Recording

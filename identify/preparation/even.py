@@ -1,20 +1,18 @@
-"""A recording on an even time axis: its motion, its effort, and samples in which a drive was off."""
+"""A recording on an even time axis: its motion, its effort, and samples in which that is no measurement.
 
-from collections.abc import Iterator, Sequence
+Those are samples in which a drive was off, and samples beyond the range of a current sensor.
+"""
+
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import ndimage
 
-from ..arm.derivatives import differentiate
-from ..arm.motion import Motion
+from ..arm.motion import Motion, differentiate
 from ..errors import NotRecorded, RecordingError
+from ..model import Model
 from ..recordings.recording import EFFORT, Recording
-from .filters import low_pass, uniform
-from .undelayed import without_delay
-
-if TYPE_CHECKING:
-    from .prepare import Prepared
+from .filters import low_pass, uniform, without_delay
 
 FEWEST = 64
 """Minimum number of samples for a spectrum from which filters are chosen; filters need more anyway."""
@@ -118,10 +116,7 @@ class Even:
 def torque_off(current: np.ndarray, position: np.ndarray, rate: float) -> np.ndarray:
     """Whether a drive was off while its joint moved, such as a released pendulum, bool of shape (t, n).
 
-    Args:
-        current: Unfiltered current [A] or torque [N m], shape (t, n).
-        position: Joint positions, shape (t, n) [rad].
-        rate: Sampling rate [Hz].
+    Unfiltered currents [A] or torques [N m], and positions [rad], have shape (t, n); the rate is in Hz.
     """
     off = np.zeros(current.shape, bool)
     reach = np.ptp(position, axis=0)
@@ -134,12 +129,36 @@ def torque_off(current: np.ndarray, position: np.ndarray, rate: float) -> np.nda
     return off
 
 
-def torque_off_warnings(joints: Sequence[str], runs: Sequence["Prepared"]) -> Iterator[str]:
-    """Warnings about samples that are not used because a drive was off."""
-    for run in runs:
-        for joint, seconds in zip(joints, run.off, strict=True):
-            if seconds > 0.0:
-                yield (
-                    f"{run.name}: the {run.measures} of {joint} is exactly zero for {seconds:.1f} s in which "
-                    "it moves: its drive was off, or its resolution is too low; these samples are not used"
-                )
+NEAR = 0.01
+"""Distance from the largest current within which a sample counts as clipped, as a share of it [-]; it allows
+for noise and quantization."""
+
+
+def is_clipped(model: Model, current: np.ndarray, apart: int) -> np.ndarray:
+    """Whether currents (t, n) [A] are at the limit of a sensor in the model, bool of shape (t, n).
+
+    Noise may take single samples below the limit, so gaps of less than `apart` samples count as clipped.
+    """
+    at_limit = np.abs(current) >= (1.0 - NEAR) * model.current_limit
+    return np.asarray(ndimage.binary_closing(at_limit, np.ones((apart, 1))) | at_limit)
+
+
+def filled(
+    model: Model, motion: Motion, current: np.ndarray, gain: np.ndarray, clipped: np.ndarray
+) -> np.ndarray:
+    """Currents (t, n) [A] in which clipped samples are nominal currents, shifted to match their neighbors.
+
+    Clipped samples have no weight, but the filters of samples with weight extend over them.
+    """
+    if not np.any(clipped):
+        return current
+    torque = np.concatenate(
+        [columns @ model.nominal_values + known for columns, known in model.pieces(motion)]
+    )
+    nominal, values = torque @ model.robot.to_motors.T / gain, np.array(current)
+    for joint in np.flatnonzero(np.any(clipped, axis=0) & ~np.all(clipped, axis=0)):
+        gaps = clipped[:, joint]
+        around = (current - nominal)[~gaps, joint]
+        shift = np.interp(motion.time[gaps], motion.time[~gaps], around)
+        values[gaps, joint] = nominal[gaps, joint] + shift
+    return values

@@ -1,5 +1,6 @@
 """Preparation of a recording: motion and current on an even time axis, filtered (paper, section III)."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,11 +10,9 @@ from ..arm.motion import Motion
 from ..errors import NotExcited, RecordingError
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
-from . import cutoffs
-from .clipped import filled, is_clipped
-from .even import Even, torque_off
+from . import spectra
+from .even import Even, filled, is_clipped, torque_off
 from .filters import Decimation
-from .noise import noise_above, noise_at_rest, quantization, smoothed
 
 REST, ABOVE = "rest", "high frequencies"
 SMOOTHED_REST, SMOOTHED = SMOOTHED_SOURCES = "rest, smoothed", "smoothed"
@@ -110,6 +109,17 @@ class Prepared:
         return (sticking == 0).astype(float)
 
 
+def torque_off_warnings(joints: Sequence[str], runs: Sequence[Prepared]) -> Iterator[str]:
+    """Warnings about samples that are not used because a drive was off."""
+    for run in runs:
+        for joint, seconds in zip(joints, run.off, strict=True):
+            if seconds > 0.0:
+                yield (
+                    f"{run.name}: the {run.measures} of {joint} is exactly zero for {seconds:.1f} s in which "
+                    "it moves: its drive was off, or its resolution is too low; these samples are not used"
+                )
+
+
 def choose(recording: Recording, filtering: Filtering) -> Filtering:
     """Filtering in which every option that is None was chosen from a recording.
 
@@ -121,11 +131,11 @@ def choose(recording: Recording, filtering: Filtering) -> Filtering:
 
 def _chosen(even: Even, filtering: Filtering) -> Filtering:
     filtering.check_cutoffs(even.rate, even.recording.name)
-    position_cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
+    position_cutoff = filtering.position_cutoff or spectra.position_cutoff(even.position, even.rate)
     torque_cutoff = filtering.torque_cutoff
     if torque_cutoff is None:
         model, current = even.recording.model, even.signal(even.measures)
-        comparable = cutoffs.torque_cutoff(model, even.position, current, even.gain, even.rate)
+        comparable = spectra.torque_cutoff(model, even.position, current, even.gain, even.rate)
         torque_cutoff = min(comparable, _recorded_up_to(even, position_cutoff))
     # Positions are low-passed first, which attenuates accelerations beyond 0.7 of that cut-off.
     torque_cutoff = min(torque_cutoff, 0.7 * position_cutoff)
@@ -139,7 +149,7 @@ def recorded_up_to(recording: Recording, filtering: Filtering) -> float:
 
 def _recorded_up_to(even: Even, position_cutoff: float) -> float:
     motion, current = even.motion(position_cutoff), even.signal(even.measures)
-    band = cutoffs.recorded_band(even.recording.model, motion, current, even.rate)
+    band = spectra.recorded_band(even.recording.model, motion, current, even.rate)
     return max(band, SHORTEST * even.rate / len(even.time))
 
 
@@ -171,12 +181,12 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
     # A tenth of the speed below which a joint counts as stuck: a creeping joint would still reverse its
     # friction.
     still = np.all(np.abs(motion.velocity) < 1e-3 * usual_speed, axis=1)
-    noise, source = noise_at_rest(current, still, decimation), REST
+    noise, source = spectra.noise_at_rest(current, still, decimation), REST
     computed = even.measures == "torque" and is_servo_error(recording.settings)
     # A torque computed from the steps of an encoder is constant while the arm stands still.
     if computed or not np.all(np.isfinite(noise)):
-        noise, source = noise_above(current, decimation), ABOVE
-    if smoothed(measured, even.rate):
+        noise, source = spectra.noise_above(current, decimation), ABOVE
+    if spectra.smoothed(measured, even.rate):
         source = SMOOTHED_REST if source == REST else SMOOTHED
     rigid, behind = _of_rigid_arm(even, motion, current, clipped)
     if not np.any(sliding):
@@ -191,9 +201,9 @@ def prepare(recording: Recording, filtering: Filtering = Filtering()) -> Prepare
         standstill=standstill,
         decimation=decimation,
         position_cutoff=cutoff,
-        noise=np.maximum(noise, quantization(measured, decimation)),
+        noise=np.maximum(noise, spectra.quantization(measured, decimation)),
         noise_source=source,
-        encoder_noise=np.sqrt(0.5 * even.rate * cutoffs.spectra(even.position, even.rate)[2]),
+        encoder_noise=np.sqrt(0.5 * even.rate * spectra.noise_spectra(even.position, even.rate)[2]),
         link_position=None if behind is None else behind[inside],
         off=off[inside].sum(axis=0) / even.rate,
         computed=computed,
@@ -226,7 +236,7 @@ def filtered(recording: Recording, filtering: Filtering) -> tuple[Motion, np.nda
         RecordingError: The recording is too short for a spectrum.
     """
     even = Even.of(recording, filtering.rate)
-    cutoff = filtering.position_cutoff or cutoffs.position_cutoff(even.position, even.rate)
+    cutoff = filtering.position_cutoff or spectra.position_cutoff(even.position, even.rate)
     return even.motion(cutoff), even.signal(even.measures)
 
 

@@ -54,15 +54,11 @@ class Clock(NamedTuple):
     steps: tuple[tuple[int, float], ...] = ()
     missing: int = 0  # number of lost samples
 
-    @property
-    def description(self) -> str:
-        """Description of the stamps."""
-        return f"stamps {self.kind}" if self.kind else "stamps are of a clock that was set"
-
     def facts(self, stamps: np.ndarray) -> Iterator[str]:
         """Sentences about the stamps (t,) [s] and their correction."""
-        unclear = f". Their clock is unclear: they are kept; if the rate is known, {OPTION}"
-        doubt = "" if self.certain else unclear
+        doubt = (
+            "" if self.certain else f". Their clock is unclear: they are kept; if the rate is known, {OPTION}"
+        )
         if self.steps:
             steps = ", ".join(f"{size:+.3f} s at {stamps[sample - 1]:.3f} s" for sample, size in self.steps)
             yield (

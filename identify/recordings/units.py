@@ -55,6 +55,7 @@ TRAVEL = {"%": -100.0, "0-100%": 0.0}
 """Units of shares of a joint's travel -> their value at its lower limit; at the upper limit they are 100."""
 PER_SECOND = "%/s"
 """Unit of the velocity that belongs to a position in "%"."""
+_TRAVEL_UNITS = {"rad": [*TRAVEL], "m": [*TRAVEL], "rad/s": [PER_SECOND], "m/s": [PER_SECOND]}
 
 ANGLES = ("rad", "rad/s")
 """Units of quantities that may be in degrees."""
@@ -108,8 +109,8 @@ def factors(
     pairs = []
     for joint, (wanted, unit) in enumerate(zip(si, units, strict=True)):
         entry = unit_named(unit or wanted)
-        if limits is not None and _bare(unit) in (*TRAVEL, PER_SECOND):
-            pairs.append(_travel_factor(wanted, _bare(unit), limits, joint, where))
+        if limits is not None and _bare(unit) in _TRAVEL_UNITS.get(wanted, ()):
+            pairs.append(_travel_factor(_bare(unit), limits, joint, where))
         elif entry is None or entry[0] != wanted:
             raise BadUnit(f"{where}: unit '{unit}'; valid: {', '.join(units_of(wanted))}")
         else:
@@ -119,14 +120,11 @@ def factors(
 
 def units_of(si: str) -> list[str]:
     """Names of the valid units of a quantity, including `si`."""
-    travel = {"rad": list(TRAVEL), "m": list(TRAVEL), "rad/s": [PER_SECOND], "m/s": [PER_SECOND]}
-    return [*FACTORS.get(si, ()), *travel.get(si, ())]
+    return [*FACTORS.get(si, ()), *_TRAVEL_UNITS.get(si, ())]
 
 
-def _travel_factor(wanted: str, unit: str, limits: Limits, joint: int, where: str) -> tuple[float, float]:
+def _travel_factor(unit: str, limits: Limits, joint: int, where: str) -> tuple[float, float]:
     """Factor and offset of a share of travel of one joint, or of its rate."""
-    if unit not in units_of(wanted):
-        raise BadUnit(f"{where}: unit '{unit}'; valid: {', '.join(units_of(wanted))}")
     scale, zero = (values[joint] for values in percent_of_travel(limits, TRAVEL.get(unit, -100.0)))
     if not np.isfinite(scale):
         raise BadUnit(

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arm.robot import Limits
-from ..arm.servo_law import ServoLaw
+from ..arm.robot import Limits, ServoLaw
 from ..errors import RobotError
 from . import mjcf_dcmotors
 from .mjcf_dcmotors import is_dc_motor

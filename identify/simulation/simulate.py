@@ -8,7 +8,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..effects import Prior
 from ..model import Model
-from ..preparation.undelayed import earlier
+from ..preparation.filters import earlier
 from ..recordings.recording import KnownPayload, Recording, Signal
 from .plant import Measured, Plant
 from .plant.plant import Watched

@@ -7,16 +7,7 @@ import pytest
 
 from exidyn.drivers import Sample
 from exidyn.drivers.errors import Unreadable
-from exidyn.drivers.values import (
-    AGREEING,
-    APART,
-    LATEST,
-    RANGES,
-    SIGNALS,
-    Resting,
-    checked,
-    nanoseconds,
-)
+from exidyn.drivers.values import AGREEING, APART, LATEST, RANGES, SIGNALS, Resting, checked, nanoseconds
 
 
 def sample(host_time=10**18, controller_time=0, **signals):

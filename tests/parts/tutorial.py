@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from exidyn.acquire.commands.example_command import run
-from exidyn.acquire.examples.example_arm import ExampleArm, excited, recorded, step
+from exidyn.acquire.examples.example_runs import ExampleArm, excited, recorded, step
 from exidyn.identification.effects import Prior
 
 from .plans.small_search import make_small

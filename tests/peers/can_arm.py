@@ -47,6 +47,15 @@ class ObedientArm:
         self.position, self.velocity = np.array(position), np.array(velocity)
 
 
+def make_arm(robot, start=None, seed=0):
+    """The obedient arm, or a simulated one, whose import takes a while."""
+    if robot == "obedient":
+        return ObedientArm()
+    from arm import make_plant
+
+    return make_plant(robot, start, seed)
+
+
 def sign(joints):
     """Every second drive counts the other way, shape (n,)."""
     return np.where(np.arange(joints) % 2, -1.0, 1.0)

@@ -14,7 +14,7 @@ import sys
 
 import can
 import numpy as np
-from can_arm import COUNTS, GEAR, ObedientArm, sign, zero
+from can_arm import COUNTS, GEAR, make_arm, sign, zero
 from can_ends import NO_BUS, Multicast, SerialAdapter, frame, noise
 from cia402_node import PRE_OPERATIONAL, STATUS, Node
 from pace import Pace
@@ -44,23 +44,66 @@ class Fault:
         self.node, self.cycle, self.done = int(node), int(cycle), False
 
 
-class Nodes:
+class CanPeer:
+    """Nodes at one bus end, which go wrong some cycles after all of them are on."""
+
+    def __init__(self, end, plant, faults):
+        self.end, self.plant, self.faults = end, plant, faults
+        self.cycles = self.on_at = 0
+        self.random = np.random.default_rng(0)
+        self.pace, self.sensors = Pace(plant), Sensors()
+
+    def go_wrong(self, identifiers):
+        """Let happen what is due; noise comes with these identifiers too."""
+        for fault in self.faults:
+            due = self.on_at and self.cycles - self.on_at >= fault.cycle
+            if fault.kind == "noise" and due:
+                noise(self.end, self.random, identifiers)
+            elif due and not fault.done:
+                fault.done = True
+                self.let_go_wrong(fault.kind, fault.node)
+
+    def told(self, words):
+        """A line on standard input: of the sensors, or KIND NODE as in `--fault`."""
+        if not self.sensors.told(words):
+            self.let_go_wrong(words[0], int(words[1]))
+
+    def serve(self, options):
+        """Print that all is ready, and answer until standard input ends."""
+        ended = ended_of(self.told)
+        self.pace.lockstep = options.lockstep
+        emit(f"ready {self.end.address}")
+        if options.fifo:
+            schedule()
+        while not ended():
+            message = self.receive(0.005)
+            while message is not None:  # what came while this process had to wait was no silence of the host
+                self.handle(message)
+                message = self.receive(0.0)
+            self.pass_time()
+        self.end.shutdown()
+
+    def receive(self, timeout):
+        try:
+            return self.end.recv(timeout)
+        except Exception:  # noise, one's own too
+            return None
+
+
+class Nodes(CanPeer):
     """All drives of an arm at one bus end, and the arm."""
 
     def __init__(self, end, plant, faults=()):
-        self.end, self.plant, self.faults = end, plant, faults
+        super().__init__(end, plant, faults)
         joints = len(plant.joints)
         self.per_radian = sign(joints) * COUNTS * GEAR / (2.0 * np.pi)
         self.zero = zero(joints)
         self.muted, self.silent, self.quiet, self.doubled = set(), set(), set(), set()
-        self.random = np.random.default_rng(0)
         speed = SPEED * COUNTS * GEAR / (2.0 * np.pi)
         self.nodes = [
             Node(number, self.sender(number), emit, speed, RATED) for number in range(1, joints + 1)
         ]
-        self.cycles = self.enabled_at = 0
         self.synced = self.moved = self.next_look = CLOCK.monotonic()
-        self.pace, self.sensors = Pace(plant), Sensors()
         self.measure(1e-9 * CLOCK.host_time())
         for node in self.nodes:
             node.held = node.demand = node.actual
@@ -73,9 +116,7 @@ class Nodes:
             if kind == 0x700 and number in self.quiet:
                 return
             self.end.send(frame(identifier, data))
-            if (
-                kind == 0x180 and number in self.doubled
-            ):  # by another drive of the same number, which stands elsewhere
+            if kind == 0x180 and number in self.doubled:  # another drive of that number stands elsewhere
                 self.end.send(frame(identifier, data[:2] + bytes([data[2] ^ 0x40]) + data[3:]))
 
         return send
@@ -116,10 +157,10 @@ class Nodes:
             node.synchronised(now)
         self.synced = now
         self.cycles += 1
-        if not self.enabled_at and all(node.state == "enabled" for node in self.nodes):
-            self.enabled_at = self.cycles
+        if not self.on_at and all(node.state == "enabled" for node in self.nodes):
+            self.on_at = self.cycles
         self.move(stamp)
-        self.go_wrong()
+        self.go_wrong([0x181, 0x701, 0x081, 0x581])
 
     def move(self, now):
         self.moved = CLOCK.monotonic()
@@ -141,20 +182,6 @@ class Nodes:
             return
         if now - self.synced > 5.0 * seconds and now - self.moved > seconds:
             self.move(1e-9 * CLOCK.host_time())
-
-    def go_wrong(self):
-        for fault in self.faults:
-            due = self.enabled_at and self.cycles - self.enabled_at >= fault.cycle
-            if fault.kind == "noise" and due:
-                noise(self.end, self.random, [0x181, 0x701, 0x081, 0x581])
-            elif due and not fault.done:
-                fault.done = True
-                self.let_go_wrong(fault.kind, fault.node)
-
-    def told(self, words):
-        """A line on standard input: of the sensors, or KIND NODE as in `--fault`."""
-        if not self.sensors.told(words):
-            self.let_go_wrong(words[0], int(words[1]))
 
     def let_go_wrong(self, kind, number):
         node = self.nodes[number - 1]
@@ -180,22 +207,6 @@ class Nodes:
         elif kind == "leave":
             node.nmt = PRE_OPERATIONAL
 
-    def run(self, ended):
-        for node in self.nodes:
-            node.start()
-        while not ended():
-            message = self.receive(0.005)
-            while message is not None:  # what came while this process had to wait was no silence of the host
-                self.handle(message)
-                message = self.receive(0.0)
-            self.pass_time()
-
-    def receive(self, timeout):
-        try:
-            return self.end.recv(timeout)
-        except Exception:  # noise, one's own too
-            return None
-
 
 def emit(text):
     print(text, flush=True)
@@ -209,41 +220,31 @@ def arguments(description):
     )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--port", type=int, default=0)
+    parser.add_argument("--adapter", action="store_true")
     parser.add_argument("--fifo", action="store_true")
     parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each SYNC or round")
     parser.add_argument("--fault", action="append", default=[], type=Fault)
     return parser
 
 
-def plant(options):
-    """The arm, whose import takes a while unless it is the obedient one."""
-    if options.robot == "obedient":
-        return ObedientArm()
-    from arm import make_plant
-
-    return make_plant(options.robot, seed=options.seed)
-
-
-def open_end(adapter, port):
+def end_and_arm(options):
+    """The bus end and the arm of a command line."""
     try:
-        return SerialAdapter() if adapter else Multicast(port)
+        end = SerialAdapter() if options.adapter else Multicast(options.port)
     except (can.CanError, OSError) as error:
         emit(f"no CAN bus on this machine: {error}")
         sys.exit(NO_BUS)
+    return end, make_arm(options.robot, seed=options.seed)
 
 
 def main():
     parser = arguments(__doc__.splitlines()[0])
-    parser.add_argument("--adapter", action="store_true")
     parser.add_argument("--begin", choices=STATUS, help="state of all drives")
     parser.add_argument("--object", action="append", default=[], help="NODE:INDEX:SUB=VALUE")
     parser.add_argument("--without", action="append", default=[], help="NODE:INDEX:SUB")
     parser.add_argument("--withhold", action="append", default=[], help="likewise: there, and empty")
     options = parser.parse_args()
-    end = open_end(options.adapter, options.port)
-    nodes = Nodes(end, plant(options), options.fault)
-    ended = ended_of(nodes.told)
-    nodes.pace.lockstep = options.lockstep
+    nodes = Nodes(*end_and_arm(options), options.fault)
     for node in nodes.nodes if options.begin else ():
         node.state = options.begin
         node.put(0x6041, 0, STATUS[options.begin])
@@ -258,11 +259,9 @@ def main():
     for text in options.withhold:
         number, index, sub = (int(part, 0) for part in text.split(":"))
         nodes.nodes[number - 1].withheld.add((index, sub))
-    emit(f"ready {end.address}")
-    if options.fifo:
-        schedule()
-    nodes.run(ended)
-    end.shutdown()
+    for node in nodes.nodes:
+        node.start()
+    nodes.serve(options)
 
 
 if __name__ == "__main__":

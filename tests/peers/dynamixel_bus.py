@@ -6,13 +6,12 @@ Written from the protocol's description, with a checksum and a stuffing of its o
 through standard input, as in `servo_line.py`. Ends when its standard input does.
 """
 
-import argparse
 import struct
 
 import numpy as np
 from arm import make_plant
 from served import schedule
-from servo_line import ServoLine
+from servo_line import ServoLine, arguments
 from servo_units import GEARS
 
 PING, READ, WRITE, STATUS, SYNC_READ, SYNC_WRITE, FAST = 1, 2, 3, 0x55, 0x82, 0x83, 0x8A
@@ -65,16 +64,16 @@ def unstuffed(data):
 class Dynamixels(ServoLine):
     """Their registers and instructions."""
 
-    def __init__(self, plant, cycle, baudrate, mirror, mode, return_delay, torque):
-        super().__init__(plant, cycle, GEARS["dynamixel"], baudrate, mirror)
+    def __init__(self, plant, options):
+        super().__init__(plant, options, GEARS["dynamixel"])
         self.tables = [bytearray(256) for _ in self.ids]
         for servo, table in zip(self.ids, self.tables, strict=True):
             struct.pack_into("<H4xBB", table, 0, 1030, 46, servo)
-            table[DELAY], table[MODE], table[SHUTDOWN] = return_delay, mode, 0x34
+            table[DELAY], table[MODE], table[SHUTDOWN] = options.return_delay, options.mode, 0x34
             struct.pack_into("<ii", table, HIGH, 4095, 0)
         for place, _ in enumerate(self.tables):
             self.reboot(place)
-            self.tables[place][TORQUE] = torque
+            self.tables[place][TORQUE] = options.torque
         self.sense()
 
     def reboot(self, place):
@@ -159,10 +158,7 @@ class Dynamixels(ServoLine):
         if instruction in (SYNC_READ, FAST):
             self.read_all(instruction, *struct.unpack_from("<HH", given), given[4:])
         elif instruction == SYNC_WRITE:
-            address, length = struct.unpack_from("<HH", given)
-            for at in range(4, len(given) - length, length + 1):
-                if given[at] in self.ids:
-                    self.write(self.ids.index(given[at]), address, given[at + 1 : at + 1 + length])
+            self.write_all(*struct.unpack_from("<HH", given), given[4:])
         elif servo in self.ids:
             self.do_one(self.ids.index(servo), instruction, given)
 
@@ -221,23 +217,10 @@ class Dynamixels(ServoLine):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--robot", default="cobot")
-    parser.add_argument("--cycle", type=float, default=0.002)
-    parser.add_argument("--baudrate", type=int, default=0)
-    parser.add_argument("--mirror", action="store_true")
-    parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
-    parser.add_argument("--mode", type=int, default=4)
-    parser.add_argument("--return-delay", type=int, default=250)
-    parser.add_argument("--torque", type=int, default=0)
-    given = parser.parse_args()
-    plant = make_plant(given.robot)
+    options = arguments(mode=4).parse_args()
+    plant = make_plant(options.robot)
     schedule()
-    line = Dynamixels(
-        plant, given.cycle, given.baudrate, given.mirror, given.mode, given.return_delay, given.torque
-    )
-    line.arm.pace.lockstep = given.lockstep
-    line.run()
+    Dynamixels(plant, options).run()
 
 
 if __name__ == "__main__":

@@ -5,13 +5,12 @@
 What goes wrong is sent through standard input, as in `servo_line.py`. Ends when its standard input does.
 """
 
-import argparse
 import struct
 
 import numpy as np
 from arm import make_plant
 from served import schedule
-from servo_line import ServoLine
+from servo_line import ServoLine, arguments
 from servo_units import GEARS, TURN
 
 PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 1, 2, 3, 0x82, 0x83
@@ -28,16 +27,16 @@ def with_sign(number):
 class Feetechs(ServoLine):
     """Their registers and instructions."""
 
-    def __init__(self, plant, cycle, gear, baudrate, mirror, mode, phase, return_delay, torque):
-        super().__init__(plant, cycle, gear, baudrate, mirror)
+    def __init__(self, plant, options):
+        super().__init__(plant, options, options.gear)
         self.tables = [bytearray(128) for _ in self.ids]
         for servo, table in zip(self.ids, self.tables, strict=True):
-            struct.pack_into("<BBBHBBBBHH", table, 0, 3, 10, 0, 777, servo, 0, return_delay, 1, 0, 0)
-            table[PHASE], table[UNLOADING], table[MODE] = phase, 0x2C, mode
+            struct.pack_into("<BBBHBBBBHH", table, 0, 3, 10, 0, 777, servo, 0, options.return_delay, 1, 0, 0)
+            table[PHASE], table[UNLOADING], table[MODE] = options.phase, 0x2C, options.mode
         for place, _ in enumerate(self.tables):
             self.reboot(place)
-            self.tables[place][TORQUE] = torque
-        self.unit = 1.0 if phase & 4 else 50.0
+            self.tables[place][TORQUE] = options.torque
+        self.unit = 1.0 if options.phase & 4 else 50.0
         self.sense()
 
     def reboot(self, place):
@@ -102,10 +101,7 @@ class Feetechs(ServoLine):
             ]
             self.answer(answers, 2e-6 * sum(self.tables[place][DELAY] for place in places))
         elif instruction == SYNC_WRITE:
-            address, length = given[:2]
-            for at in range(2, len(given) - length, length + 1):
-                if given[at] in self.ids:
-                    self.write(self.ids.index(given[at]), address, given[at + 1 : at + 1 + length])
+            self.write_all(*given[:2], given[2:])
         elif servo in self.ids:
             self.do_one(self.ids.index(servo), instruction, given)
 
@@ -124,27 +120,14 @@ class Feetechs(ServoLine):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--robot", default="cobot")
+    parser = arguments(mode=0)
     parser.add_argument("--payload", default="", help="name of the body of the robot file that it carries")
-    parser.add_argument("--cycle", type=float, default=0.002)
     parser.add_argument("--gear", type=float, default=GEARS["feetech"], help="servo turns in a joint turn")
-    parser.add_argument("--baudrate", type=int, default=0)
-    parser.add_argument("--mirror", action="store_true")
-    parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
-    parser.add_argument("--mode", type=int, default=0)
     parser.add_argument("--phase", type=int, default=12)
-    parser.add_argument("--return-delay", type=int, default=250)
-    parser.add_argument("--torque", type=int, default=0)
-    given = parser.parse_args()
-    plant = make_plant(given.robot, payload=given.payload)
+    options = parser.parse_args()
+    plant = make_plant(options.robot, payload=options.payload)
     schedule()
-    line = Feetechs(
-        plant, given.cycle, given.gear, given.baudrate, given.mirror, given.mode, given.phase,
-        given.return_delay, given.torque,
-    )  # fmt: skip
-    line.arm.pace.lockstep = given.lockstep
-    line.run()
+    Feetechs(plant, options).run()
 
 
 if __name__ == "__main__":

@@ -11,11 +11,8 @@ import struct
 
 import numpy as np
 from can_arm import MASTER, MIT_RANGES, sign, zero
-from can_ends import frame, noise
-from can_nodes import arguments, emit, open_end, plant
-from pace import Pace
-from sensors import Sensors
-from served import ended_of, schedule
+from can_ends import frame
+from can_nodes import CanPeer, arguments, emit, end_and_arm
 from virtual_clock import of_this_peer
 
 CLOCK = of_this_peer()
@@ -119,12 +116,12 @@ def _whole(value, most, full):
     return int(min(max((value / most + 1.0) * 0.5 * full + 0.5, 0.0), full))
 
 
-class Motors:
+class Motors(CanPeer):
     """All motors of an arm at one bus end, and the arm."""
 
     def __init__(self, end, plant, options):
-        self.end, self.plant, self.faults, self.cycle = end, plant, options.fault, options.cycle
-        self.jumpy, self.cycles = options.jumpy, 0
+        super().__init__(end, plant, options.fault)
+        self.cycle, self.jumpy = options.cycle, options.jumpy
         joints = len(plant.joints)
         damiao = options.maker == "damiao"
         self.sign, self.zero = sign(joints), zero(joints)
@@ -133,10 +130,8 @@ class Motors:
             for number in range(1, joints + 1)
         ]
         self.silent, self.running = set(), set()
-        self.random = np.random.default_rng(0)
-        self.asked, self.on_at = set(), 0
+        self.asked = set()
         self.looked = CLOCK.monotonic()
-        self.pace, self.sensors = Pace(plant), Sensors()
         self.measure(1e-9 * CLOCK.host_time())
         self.held = self.plant.measure().position.copy()
 
@@ -187,7 +182,7 @@ class Motors:
         if not self.on_at and all(motor.on for motor in self.motors):
             self.on_at = self.cycles
         self.move()
-        self.go_wrong()
+        self.go_wrong([motor.master for motor in self.motors])
 
     def move(self):
         """The arm goes where stiff springs pull it; what is off stays where it is."""
@@ -200,46 +195,21 @@ class Motors:
         seconds = self.pace.length(self.cycle, self.stamp)
         self.pace.step(self.held, np.array(velocity) * self.sign, seconds)
 
-    def told(self, words):
-        """A line on standard input: of the sensors, or KIND MOTOR as in `--fault`."""
-        if not self.sensors.told(words):
-            self.let_go_wrong(words[0], self.motors[int(words[1]) - 1])
-
-    def go_wrong(self):
-        since = self.cycles - self.on_at if self.on_at else -1
-        for fault in self.faults:
-            if fault.kind == "noise" and since >= fault.cycle:
-                noise(self.end, self.random, [motor.master for motor in self.motors])
-            elif since >= fault.cycle and not fault.done:
-                fault.done = True
-                self.let_go_wrong(fault.kind, self.motors[fault.node - 1])
-
-    def let_go_wrong(self, kind, motor):
-        emit(f"motor {motor.number}: now {kind}")
+    def let_go_wrong(self, kind, number):
+        emit(f"motor {number}: now {kind}")
         if kind == "silent":
-            self.silent.add(motor.number)
+            self.silent.add(number)
         elif kind == "runaway":
-            self.running.add(motor.number)
+            self.running.add(number)
         elif kind == "error":
-            motor.fail(10)
+            self.motors[number - 1].fail(10)
 
-    def run(self, ended):
-        while not ended():
-            message = self.receive(0.005)
-            while message is not None:  # what came while this process had to wait was no silence of the host
-                self.handle(message)
-                message = self.receive(0.0)
-            now = CLOCK.monotonic()
-            if now > self.looked + 0.002:
-                self.looked = now
-                for motor in self.motors:
-                    motor.tick(now)
-
-    def receive(self, timeout):
-        try:
-            return self.end.recv(timeout)
-        except Exception:  # noise, one's own too
-            return None
+    def pass_time(self):
+        now = CLOCK.monotonic()
+        if now > self.looked + 0.002:
+            self.looked = now
+            for motor in self.motors:
+                motor.tick(now)
 
 
 def main():
@@ -247,7 +217,6 @@ def main():
     parser.add_argument("--maker", choices=("damiao", "t-motor"), default="damiao")
     parser.add_argument("--short", action="store_true")
     parser.add_argument("--cycle", type=float, default=0.002)
-    parser.add_argument("--adapter", action="store_true")
     parser.add_argument("--register", action="append", default=[], help="MOTOR:NUMBER=VALUE")
     parser.add_argument("--on", action="store_true", help="all were left on, and hold where they stand")
     parser.add_argument("--jumpy", type=int, default=0, metavar="MOTOR", help="its encoder jumps to and fro")
@@ -255,24 +224,16 @@ def main():
     parser.add_argument("--torque-range", type=float, default=MIT_RANGES[2], help="or current, for T-Motor")
     options = parser.parse_args()
     RANGES[2] = options.torque_range
-    end = open_end(options.adapter, options.port)
-    motors = Motors(end, plant(options), options)
-    ended = ended_of(motors.told)
-    motors.pace.lockstep = options.lockstep
+    motors = Motors(*end_and_arm(options), options)
     for text in options.register:
         place, _, value = text.partition("=")
         number, register = map(int, place.split(":"))
-        motors.motors[number - 1].registers[register] = type(motors.motors[number - 1].registers[register])(
-            value
-        )
+        registers = motors.motors[number - 1].registers
+        registers[register] = type(registers[register])(value)
     for motor in motors.motors:
         motor.error = options.error
         motor.on, motor.wish = options.on, (motor.position, 0.0)
-    emit(f"ready {end.address}")
-    if options.fifo:
-        schedule()
-    motors.run(ended)
-    end.shutdown()
+    motors.serve(options)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ What goes wrong is sent through standard input, a line each, and "did ..." comes
     sensor, truth        as in `sensors.py`
 """
 
+import argparse
 import heapq
 import os
 import random
@@ -33,6 +34,20 @@ from virtual_clock import of_this_peer
 from exidyn.drivers.host_clock import HOST
 
 CLOCK = of_this_peer()
+
+
+def arguments(mode):
+    """Those that all peers on a line have, with the operating mode of their servos."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--robot", default="cobot")
+    parser.add_argument("--cycle", type=float, default=0.002)
+    parser.add_argument("--baudrate", type=int, default=0)
+    parser.add_argument("--mirror", action="store_true")
+    parser.add_argument("--lockstep", action="store_true", help="a cycle passes with each question")
+    parser.add_argument("--mode", type=int, default=mode)
+    parser.add_argument("--return-delay", type=int, default=250)
+    parser.add_argument("--torque", type=int, default=0)
+    return parser
 
 
 class MovedArm:
@@ -63,15 +78,16 @@ class ServoLine:
     With a baudrate, bytes take their time. With `mirror`, servos are at their goals at once and send that.
     """
 
-    def __init__(self, plant, cycle, gear, baudrate=0, mirror=False):
+    def __init__(self, plant, options, gear):
         self.master, self.slave = os.openpty()
         tty.setraw(self.master)
         tty.setraw(self.slave)
         os.set_blocking(self.master, False)
         self.address = os.ttyname(self.slave)
         joints = len(plant.joints)
-        self.ids, self.baudrate, self.mirror = ids(joints), baudrate, mirror
-        self.arm = MovedArm(plant, cycle)
+        self.ids, self.baudrate, self.mirror = ids(joints), options.baudrate, options.mirror
+        self.arm = MovedArm(plant, options.cycle)
+        self.arm.pace.lockstep = options.lockstep
         self.per_radian, self.zero = sign(joints) * gear * TURN / (2.0 * np.pi), zero(joints)
         self.direction, self.gear, self.sensors = sign(joints), gear, Sensors()
         self.waiting, self.received, self.received_at = [], b"", CLOCK.monotonic()
@@ -115,6 +131,12 @@ class ServoLine:
         self.corrupt[servo] -= 1
         place = self.random.randrange(4, len(data))
         return data[:place] + bytes([data[place] ^ 0x10]) + data[place + 1 :]
+
+    def write_all(self, address, length, blocks):
+        """Write registers of several servos; a block is an id and the data."""
+        for at in range(0, len(blocks) - length, length + 1):
+            if blocks[at] in self.ids:
+                self.write(self.ids.index(blocks[at]), address, blocks[at + 1 : at + 1 + length])
 
     def run(self):
         """Until standard input ends."""

@@ -9,7 +9,7 @@ import argparse
 from collections import deque
 
 import numpy as np
-from can_arm import ObedientArm
+from can_arm import make_arm
 from sensors import Sensors
 from served import ended_of, keep_cycle
 from ur_script import ScriptError, program
@@ -34,7 +34,7 @@ class Controller:
     def __init__(self, given):
         self.given, self.step = given, STEP[given.series]
         self.version = tuple(map(int, given.version.split("."))) if given.version else VERSION[given.series]
-        self.plant = arm_of(given)
+        self.plant = make_arm(given.robot, given.start, given.seed)
         self.speed = np.zeros(6) if given.robot == "obedient" else None  # a plant with drives needs none
         self.measured = self.plant.measure()
         self.target = self.followed = np.array(self.measured.position)
@@ -279,15 +279,6 @@ class Controller:
                 print(f"stood still for {missed} cycles", flush=True)
             CLOCK.sleep(max(deadline - now, 0.0))
             self.one_cycle()
-
-
-def arm_of(given):
-    """The arm, whose import takes a while unless it is the obedient one."""
-    if given.robot == "obedient":
-        return ObedientArm()
-    from arm import make_plant
-
-    return make_plant(given.robot, given.start, given.seed)
 
 
 def parser():

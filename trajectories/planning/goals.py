@@ -14,7 +14,7 @@ from exidyn.identification.arm.robot import Limits
 from exidyn.identification.effects import Payload, Prior, known_parameters
 from exidyn.identification.errors import DifferentRobot, FitError, RobotError
 from exidyn.identification.fit.base_parameters import BaseParameters, rich_motion
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.least_squares import given_nominal
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identified import standard_parameters
 from exidyn.identification.model import Model

@@ -253,13 +253,13 @@ def kinematic_coupling(robot: Robot, joint: int, strength: float, rng: np.random
     machine, friction = robot.machine, robot.machine.friction
     turned, other = robot.arm.joints - 1, robot.arm.joints - 2
     ratio, share = rng.choice([-1.0, 0.5, 1.0]), min(0.05 * strength, 0.9)
-    dry = share * friction.coulomb[turned]
     # What a joint feels when it moves alone stays as it was: only the product of the two speeds is new.
+    dry = min(share * friction.coulomb[turned], friction.coulomb[other] / abs(ratio))
     rotor, viscous = machine.rotor.copy(), friction.viscous.copy()
     for matrix in (rotor, viscous):
         matrix[turned, other] = matrix[other, turned] = ratio * share * matrix[turned, turned]
     coulomb = changed(friction.coulomb, turned, friction.coulomb[turned] - dry)
-    coulomb[other] = max(coulomb[other] - abs(ratio) * dry, 0.0)
+    coulomb[other] -= abs(ratio) * dry
     coupled = robot.with_friction(
         viscous=viscous,
         coulomb=coulomb,

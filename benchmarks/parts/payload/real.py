@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from exidyn.acquire.command_line import main
-from exidyn.acquire.examples import example_gains
-from exidyn.acquire.examples.example_arm import MASS
+from exidyn.acquire.examples import example_runs
+from exidyn.acquire.examples.example_runs import MASS
 from exidyn.identification.effects import known_parameters
 from exidyn.identification.effects.rigid_body import with_bodies
 from exidyn.identification.fit.identification import identify
@@ -136,8 +136,8 @@ def runs() -> tuple[Recording, Recording]:
     """The run without the payload, and the one with it, whose stated payload is removed."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        example_gains.arm().write(folder)
-        for step in example_gains.steps(folder, SECONDS, None):
+        example_runs.gains_arm().write(folder)
+        for step in example_runs.gains_steps(folder, SECONDS, None):
             output = Path(step.arguments[step.arguments.index("--output") + 1])
             if output.stem in ("trajectory", *RECORDED):
                 with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):

@@ -11,8 +11,7 @@ from common import show
 from exidyn.identification.effects import EFFECTS
 from exidyn.identification.fit.equations import Equations, assemble
 from exidyn.identification.fit.estimators import Estimate, Estimator, weighted
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
-from exidyn.identification.fit.estimators.prior import prior
+from exidyn.identification.fit.estimators.least_squares import given_nominal, prior
 from exidyn.identification.fit.fit import Fit
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model

@@ -1,4 +1,7 @@
-"""Blocks: pieces of runs that can each be left out and predicted, and their rows."""
+"""Blocks: pieces of runs that can each be left out and predicted, and their rows.
+
+A block contains all rows with the same motion, so that no lap of a repeated motion predicts another one.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,6 +11,7 @@ import numpy as np
 
 from ..runs.driven import Driven, slices
 from ..runs.rows import Rows
+from .repeated_motion import first_rows
 
 SECONDS = 2.0
 """Duration of a block [s]: several times the correlation time of a residual, which is at most a second."""
@@ -23,28 +27,43 @@ class Blocks:
     """Pieces of the rows of runs."""
 
     number: np.ndarray  # block of each row, shape (r,)
-    rows: tuple[slice, ...]  # rows of each block
     fitted: np.ndarray  # whether a block belongs to a fitted run, shape (k,); others are held out
-    seconds: float  # duration of a fitted block [s]
+    first: np.ndarray  # row in which the motion of each row was made for the first time, shape (r,)
+    seconds: float  # duration of a fitted block, in all laps [s]
 
     @classmethod
     def of(cls, runs: Sequence[Driven], held_out: str) -> "Blocks":
         """Cut runs into blocks; runs with the role `held_out` are only predicted."""
-        durations = [run.rows * period(run) for run in runs]
+        first = first_rows(runs)
+        new, laps = first == np.arange(len(first)), np.bincount(first, minlength=len(first))
+        pieces = [rows.start + np.flatnonzero(new[rows]) for rows in slices(runs)]
+        durations = [period(run) * laps[piece].sum() for run, piece in zip(runs, pieces, strict=True)]
         total = sum(d for d, run in zip(durations, runs, strict=True) if run.role != held_out)
         seconds = max(SHORTEST, min(SECONDS, total / FEWEST), total / MOST)
-        pieces: list[slice] = []
-        fitted: list[bool] = []
-        for run, rows, duration in zip(runs, slices(runs), durations, strict=True):
-            count = max(1, round(duration / seconds))
-            edges = rows.start + np.arange(count + 1) * run.rows // count
-            pieces += [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        number, fitted = np.zeros(len(first), int), list[bool]()
+        for run, piece, duration in zip(runs, pieces, durations, strict=True):
+            most = int(period(run) * len(piece) / SHORTEST)
+            count = max(1, min(round(duration / seconds), most)) if len(piece) else 0
+            lengths = np.diff(np.arange(count + 1) * len(piece) // max(count, 1))
+            number[piece] = len(fitted) + np.repeat(np.arange(count), lengths)
             fitted += [run.role != held_out] * count
-        number = np.repeat(np.arange(len(pieces)), [piece.stop - piece.start for piece in pieces])
-        return cls(number, tuple(pieces), np.array(fitted), seconds)
+        return cls(number[first], np.array(fitted), first, seconds)
 
     def __len__(self) -> int:
-        return len(self.rows)
+        return len(self.fitted)
+
+    @cached_property
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Block of each row, and its place there, both (r,)."""
+        order = np.argsort(self.number, kind="stable")
+        starts = np.cumsum([0, *np.bincount(self.number, minlength=len(self))])[:-1]
+        place = np.empty(len(order), int)
+        place[order] = np.arange(len(order)) - starts[self.number[order]]
+        return self.number, place
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Sums of values (r, n) over the rows of each block, shape (k, n)."""
+        return np.stack([np.bincount(self.number, column, len(self)) for column in values.T], axis=1)
 
 
 def period(run: Driven) -> float:
@@ -59,7 +78,8 @@ class BlockRows:
     Each block has l places, as many as the longest has rows. Lists have one entry per joint.
     """
 
-    inside: np.ndarray  # which places of a block hold a row, shape (k, l)
+    shape: tuple[int, int]  # number of blocks, and of places in each: k, l
+    places: tuple[np.ndarray, np.ndarray]  # block of each row, and its place there, both (r,)
     acting: list[np.ndarray]  # unknowns that give torque to the joint, (a,)
     columns: list[np.ndarray]  # columns of those unknowns, (k, l, a)
     torque: np.ndarray  # torque to explain, shape (k, n, l)
@@ -68,16 +88,18 @@ class BlockRows:
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks) -> "BlockRows":
         """Arrange all rows and unknowns."""
-        lengths = np.array([piece.stop - piece.start for piece in blocks.rows])
-        inside = np.arange(max(lengths)) < lengths[:, None]
+        shape = len(blocks), int(np.bincount(blocks.number).max())
         joints = range(rows.difference.shape[1])
         empty = cls(
-            inside,
+            shape,
+            blocks.places,
             [np.zeros(0, int) for _ in joints],
-            [np.zeros((*inside.shape, 0)) for _ in joints],
-            np.moveaxis(_padded(inside, rows.difference * rows.weight), 2, 1),
-            _padded(inside, rows.weight).sum(axis=1),
+            [np.zeros((*shape, 0)) for _ in joints],
+            np.zeros((shape[0], len(joints), shape[1])),
+            blocks.sums(rows.weight),
         )
+        torque = np.moveaxis(empty._padded(rows.difference * rows.weight), 2, 1)
+        empty = replace(empty, torque=torque)
         return empty.plus(rows, 0)
 
     def plus(self, rows: Rows, count: int) -> "BlockRows":
@@ -87,7 +109,7 @@ class BlockRows:
             places = np.flatnonzero(np.any(added[:, joint], axis=0))
             new = added[:, joint, places] * rows.weight[:, joint, None]
             acting.append(np.append(self.acting[joint], count + places))
-            columns.append(np.concatenate([present, _padded(self.inside, new)], axis=2))
+            columns.append(np.concatenate([present, self._padded(new)], axis=2))
         return replace(self, acting=acting, columns=columns)
 
     @cached_property
@@ -103,27 +125,26 @@ class BlockRows:
 
     def arranged(self, values: np.ndarray) -> np.ndarray:
         """Values (..., r) of rows in sequence, arranged by block, shape (k, ..., l)."""
-        arranged = np.zeros((len(self.inside), *values.shape[:-1], self.inside.shape[1]))
-        lengths, start = self.inside.sum(axis=1).tolist(), 0
-        for block, length in zip(arranged, lengths, strict=True):
-            block[..., :length] = values[..., start : start + length]
-            start += length
+        arranged = np.zeros((self.shape[0], *values.shape[:-1], self.shape[1]))
+        block, place = self.places
+        arranged[block, ..., place] = np.moveaxis(values, -1, 0)
         return arranged
 
     def in_sequence(self, values: np.ndarray) -> np.ndarray:
         """Values (k, n, l) of all blocks as rows (r, n)."""
-        return np.asarray(np.moveaxis(values, 1, 2)[self.inside])
+        block, place = self.places
+        return np.asarray(values[block, :, place])
 
     def mixed(self, torque: np.ndarray, count: int) -> np.ndarray:
         """Products of the columns of all unknowns with another torque (r, n), shape (b,)."""
-        products, torque = np.zeros(count), _padded(self.inside, torque)
+        products, torque = np.zeros(count), self._padded(torque)
         for joint, (columns, acting) in enumerate(zip(self.columns, self.acting, strict=True)):
             products[acting] += torque[:, :, joint].ravel() @ columns.reshape(-1, len(acting))
         return products
 
     def residual(self, values: np.ndarray) -> np.ndarray:
         """Residual of the torque with unknowns (b,), or (k, b) if each block has its own, shape (k, n, l)."""
-        each = np.broadcast_to(values, (len(self.inside), values.shape[-1]))[:, :, None]
+        each = np.broadcast_to(values, (self.shape[0], values.shape[-1]))[:, :, None]
         joints = zip(self.columns, self.acting, strict=True)
         explained = [(columns @ each[:, acting])[:, :, 0] for columns, acting in joints]
         return np.asarray(self.torque - np.stack(explained, axis=1))
@@ -132,9 +153,8 @@ class BlockRows:
         """Squared residual of each block with its own set of unknowns (k, b), shape (k, n) [(N m)^2]."""
         return np.asarray(np.square(self.residual(values)).sum(axis=2))
 
-
-def _padded(inside: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Rows (r, ...) arranged in blocks, shape (k, l, ...)."""
-    padded = np.zeros((*inside.shape, *values.shape[1:]))
-    padded[inside] = values
-    return padded
+    def _padded(self, values: np.ndarray) -> np.ndarray:
+        """Rows (r, ...) arranged in blocks, shape (k, l, ...)."""
+        padded = np.zeros((*self.shape, *values.shape[1:]))
+        padded[self.places] = values
+        return padded

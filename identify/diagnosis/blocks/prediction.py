@@ -8,7 +8,7 @@ import numpy as np
 from ... import positive_definite
 from ...positive_definite import Factor, solve, whitening
 from ..runs.rows import Rows
-from .block_likelihood import common_variance, independent_share, log_probability, trust
+from .block_likelihood import common_variance, independent_share, log_probability, repeated_share, trust
 from .blocks import BlockRows, Blocks
 
 TURNS = 6
@@ -78,7 +78,9 @@ class Prediction:
                 break
             # Held-out runs must not influence the weights of fitted runs.
             residual = sums.in_sequence(sums.residual(now.values) * fitted[:, :, None])
-            independent = independent_share(residual, rows.runs, rate)
+            independent = independent_share(residual, rows.runs, rate) * repeated_share(
+                residual, blocks.first
+            )
             trusted = trust(independent * now.errors * fitted, independent * counts * fitted) * fitted
             weighting = Weighting(variance, weighting.trust if first else trusted, independent)
         return now
@@ -270,7 +272,8 @@ class Prediction:
         torque = torque * self.rows.weight
         mixed = self.sums.mixed(self.weighting.weight[self.blocks.number] * torque, len(self.rows.std))
         residual = self.sums.in_sequence(self.sums.residual(self.values - solve(self.factor, mixed))) - torque
-        return independent_share(residual, self.rows.runs, self.rate, torque)
+        share = independent_share(residual, self.rows.runs, self.rate, torque)
+        return share * repeated_share(residual, self.blocks.first)
 
 
 def rms_torque(columns: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...effects import Shape
 from ...measurements import Backlash, JointElasticity
-from ...measurements.backlash import RATIO, TEETH
+from ...measurements.gears import RATIO, TEETH
 from ...model import Model
 from ...simulation.plant.gears import link_size
 from ..findings.arm import Arm

@@ -18,7 +18,7 @@ import numpy as np
 from ...effects import Shape
 from ...effects.smooth_sign import smooth_sign
 from ...measurements import JointElasticity
-from ...measurements.gear import Gear
+from ...measurements.gears import Gear
 from ...model import Model
 from ...simulation.plant.gears import link_size
 from ..blocks.prediction import Prediction
@@ -178,9 +178,8 @@ def _left_out(twists: Prediction, answer: Answer) -> Iterator[float]:
     [joint] = answer.columns.joints
     unknowns = twists.rows.columns_at(twists.sums.acting[joint])[:, joint]
     columns = np.column_stack([unknowns, answer.columns.values[:, 0]])
-    for rows in twists.blocks.rows:
-        used = twists.rows.weight[:, joint] > 0
-        used[rows] = False
+    for block in range(len(twists.blocks)):
+        used = (twists.rows.weight[:, joint] > 0) & (twists.blocks.number != block)
         yield float(np.linalg.lstsq(columns[used], twists.rows.difference[used, joint], rcond=None)[0][-1])
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ...arm.motion import Tangent, knots, over_knots, tangent
 from ...arm.newton_euler import joints_of
-from ...arm.tangent import Tangent, knots, over_knots, tangent
 from ...effects import Effect, JointSpring, SpringBalancer
 from ...model import Model
 from ..findings.arm import Arm

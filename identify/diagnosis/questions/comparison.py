@@ -74,9 +74,8 @@ def by_blocks(prediction: Prediction, answer: Answer, other: Answer) -> float:
     errors = share * noise * 0.5 * (answer.errors + other.errors)
     seen = seeing(answer) | seeing(other)
     weight = seen * share * noise * trusted(errors, share * prediction.sums.counts)
-    starts = [rows.start for rows in prediction.blocks.rows]
     along, size = (
-        np.sum(np.add.reduceat(product, starts, axis=0) * weight, axis=1)
+        np.sum(prediction.blocks.sums(product) * weight, axis=1)
         for product in (residual * difference, difference**2)
     )
     fitted = prediction.blocks.fitted

@@ -44,8 +44,7 @@ def _of_model(rows: Rows, count: int) -> Rows:
 
 def _weighted(start: Prediction, rows: Rows, sums: BlockRows) -> Prediction:
     """Prediction whose joints are weighted by their residuals, and all fitted blocks alike."""
-    fitted = start.blocks.fitted[start.blocks.number]
-    total = np.maximum(rows.weight[fitted].sum(axis=0), 1.0)
+    total = np.maximum(sums.counts[start.blocks.fitted].sum(axis=0), 1.0)
     alike = start.blocks.fitted[:, None] + np.zeros(sums.counts.shape)
     weighting = replace(start.weighting, trust=alike)
     for _ in range(TURNS):

@@ -9,8 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import pinocchio as pin
 
-from ...arm.motion import Motion
-from ...arm.tangent import Tangent, tangent
+from ...arm.motion import Motion, Tangent, tangent
 from ...model import Model
 from ...preparation.prepare import Filtering, Prepared, prepare
 from ...recordings.recording import Recording

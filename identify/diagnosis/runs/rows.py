@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ...arm.derivatives import differentiate
+from ...arm.motion import differentiate
 from ...effects import CoulombFriction, JointEffect, Prior
 from ...effects.hysteresis import Hysteresis
 from ...effects.smooth_sign import smooth_sign

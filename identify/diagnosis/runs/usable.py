@@ -9,8 +9,7 @@ from ...errors import DifferentRobot, RecordingError
 from ...fit.fit_warnings import excitation_warnings, repeated_motions
 from ...fit.identification import common_filtering, of_these_joints
 from ...model import Model
-from ...preparation.even import torque_off_warnings
-from ...preparation.prepare import Filtering
+from ...preparation.prepare import Filtering, torque_off_warnings
 from ...recordings.effort_checks import check_alive
 from ...recordings.recording import Recording
 from ...recordings.recording_checks import check

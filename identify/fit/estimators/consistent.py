@@ -20,9 +20,7 @@ from ...positive_definite import spectrum
 from ..base_parameters import BaseParameters
 from ..equations import Equations
 from .compressed import Compressed, Estimate
-from .least_squares import weighted
-from .nominal_gains import given_nominal
-from .prior import finite_tolerance
+from .least_squares import finite_tolerance, given_nominal, weighted
 
 MARGIN = 1e-6
 """Smallest eigenvalue of a pseudo-inertia, relative to the largest of the ten parameters; simulators accept

@@ -21,27 +21,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...preparation.noise import autocovariance, shrunk, spectrum
 from ..equations import Equations
+from .colored_noise import noise_covariance, spectrum
 
 SEGMENT = 2048
 """Rows per Fourier transform. Noise is correlated over a few tens of rows, so splitting a long run changes
 the result by about one percent and limits the memory."""
-
-
-MEMORY = 2.0
-"""Longest lag of the residual's autocovariance [s]: several times the correlation time of noise and of
-friction errors around a reversal, since Parzen's window reduces the values by a tenth at an eighth of the
-longest lag."""
-
-
-def noise_covariance(residual: np.ndarray, equations: Equations) -> np.ndarray:
-    """Autocovariance of the residual (r, n) up to the lag `MEMORY`, without rows of zero weight."""
-    pieces = [residual[run] for run in equations.runs]
-    weights = [equations.weight[run] for run in equations.runs]
-    lags = max(4, int(MEMORY * equations.rate))
-    rows = float(np.mean(equations.weight.sum(axis=0)))
-    return shrunk(autocovariance(pieces, weights, lags), max(rows, 1.0))
 
 
 class Spread(NamedTuple):

@@ -47,16 +47,11 @@ def homogeneous(compressed: Compressed, noise: np.ndarray) -> np.ndarray:
     return np.concatenate(blocks)
 
 
-def _nominal_noise(equations: Equations) -> np.ndarray:
-    """Noise floor of each joint's torque at the nominal gain, used before any fit, shape (n,) [N m]."""
-    floor = np.abs(equations.gain) * equations.noise
-    return np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(equations.gain)))
-
-
 def _mixed(equations: Equations, compressed: Compressed) -> tuple[np.ndarray, np.ndarray]:
     """Values (b,) and gains (n,) by mixed LS-TLS with noise in the currents and an exact regressor."""
-    n = len(equations.gain)
-    noise, gain = _nominal_noise(equations), equations.gain
+    n, gain = len(equations.gain), equations.gain
+    floor = np.abs(gain) * equations.noise  # of each joint's torque, before any fit [N m]
+    noise = np.where(np.isfinite(floor) & (floor > 0), floor, np.max(np.abs(gain)))
     for attempt in range(20):
         # Noise of each current column in weighted rows, as a root sum of squares [A/(N m)]: each row of a
         # joint has a noise of one over its gain; the other rows have none.

@@ -1,12 +1,13 @@
 """Messages of bags in all formats: ROS 1 (.bag), ROS 2 (.db3, .mcap, folder), MCAP of other tools.
 
 The package rosbags reads .bag and .db3 files, and decodes messages of ROS. The package mcap reads MCAP files,
-since they come from many tools and may have been cut off by a recorder that crashed.
+since they come from many tools and may have been cut off by a recorder that crashed. Joint states are in
+messages of several types; their `effort` may be a torque or a current, which the import states.
 """
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,8 +15,118 @@ from mcap.records import Channel, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader
 
 from ...notebook import optional
+from ..tables.rows import NAMES, stamp_of
 from ..tables.table import refused_as
-from .joint_messages import ARRAY, DYNAMIC_JOINT_STATE, JOINT_READERS, JSON, read_json
+
+ARRAY = "std_msgs/msg/Float64MultiArray"
+JSON = "JSON"
+"""Type of messages that are JSON objects."""
+INTERFACES = ("position", "velocity", "effort", "torque", "current", "temperature")
+"""Interfaces of a DynamicJointState that are read, each as a field of the same name."""
+DYNAMIC_JOINT_STATE = """std_msgs/Header header
+string[] joint_names
+control_msgs/InterfaceValue[] interface_values
+================================================================================
+MSG: control_msgs/InterfaceValue
+string[] interface_names
+float64[] values
+"""
+"""Definition of the type in bags from before ROS 2 Iron, which do not contain definitions."""
+
+FIELDS = {
+    "position": ("position", "positions"),
+    "velocity": ("velocity", "velocities"),
+    "effort": ("effort", "efforts"),
+}
+
+
+class JointMessage(NamedTuple):
+    """Joint states of one message."""
+
+    names: Sequence[str]  # names of the joints
+    # Field -> values in the order of the names; the message may have too few or too many.
+    fields: Mapping[str, Sequence[float]]
+    stamp: int  # time stamp of the message [ns]; 0 if it has none
+
+
+def _stamp(message: Any) -> int:
+    return int(message.header.stamp.sec) * 1_000_000_000 + int(message.header.stamp.nanosec)
+
+
+def _joint_state(message: Any) -> JointMessage:
+    fields = {name: getattr(message, name) for name in ("position", "velocity", "effort")}
+    return JointMessage(message.name, fields, _stamp(message))
+
+
+def _dynamic_joint_state(message: Any) -> JointMessage:
+    """Joint states of a message in which each joint lists its interfaces; NaN if a joint lacks one."""
+    values = [
+        dict(zip(joint.interface_names, joint.values, strict=False)) for joint in message.interface_values
+    ]
+    fields = {name: [joint.get(name, float("nan")) for joint in values] for name in INTERFACES}
+    return JointMessage(message.joint_names, fields, _stamp(message))
+
+
+def _controller_state(message: Any) -> JointMessage:
+    """Measured and commanded states, each of which has two names in different versions of the message."""
+    measured = _first(message, "feedback", "actual")
+    commanded = _first(message, "reference", "desired")
+    fields = {
+        "position": measured.positions,
+        "velocity": measured.velocities,
+        "effort": measured.effort,
+        "command": commanded.positions,
+        "command_velocity": commanded.velocities,
+    }
+    return JointMessage(message.joint_names, fields, _stamp(message))
+
+
+def _first(message: Any, *names: str) -> Any:
+    """The first of several trajectory points that has positions."""
+    points = [getattr(message, name) for name in names if hasattr(message, name)]
+    return next((point for point in points if len(point.positions)), points[0])
+
+
+JOINT_READERS: dict[str, Callable[[Any], JointMessage]] = {
+    "sensor_msgs/msg/JointState": _joint_state,
+    "control_msgs/msg/DynamicJointState": _dynamic_joint_state,
+    "control_msgs/msg/JointTrajectoryControllerState": _controller_state,
+}
+"""Type of a message -> function that reads joint states; the first type in a bag is preferred."""
+
+
+def read_json(content: Any) -> JointMessage | None:
+    """Joint states in a JSON object, like a JointState or as a list of joints; None if there are none."""
+    if not isinstance(content, Mapping):
+        return None
+    joints = next((content[key] for key in NAMES if isinstance(content.get(key), list)), None)
+    if not joints:
+        return None
+    if all(isinstance(joint, Mapping) for joint in joints):
+        names = [next((joint[key] for key in NAMES if key in joint), "") for joint in joints]
+        fields = {field: [_number(_value(joint, keys)) for joint in joints] for field, keys in FIELDS.items()}
+    else:
+        names = joints
+        fields = {field: _numbers(_value(content, keys)) for field, keys in FIELDS.items()}
+    if not all(isinstance(name, str) and name for name in names) or not any(fields.values()):
+        return None
+    header = content.get("header")
+    stamp = _value(header if isinstance(header, Mapping) else content, ("stamp", "timestamp", "time"))
+    return JointMessage(names, fields, (stamp_of(stamp) if isinstance(stamp, Mapping) else None) or 0)
+
+
+def _value(content: Mapping[str, Any], keys: Sequence[str]) -> Any:
+    return next((content[key] for key in keys if key in content), None)
+
+
+def _numbers(values: Any) -> list[float]:
+    return [_number(value) for value in values] if isinstance(values, list) else []
+
+
+def _number(value: Any) -> float:
+    """Number of a JSON value; NaN if it is not a number, such as null."""
+    return float(value) if isinstance(value, int | float) else float("nan")
+
 
 WANTED = (*JOINT_READERS, ARRAY)
 """Types of messages that are decoded."""
@@ -56,17 +167,14 @@ class Bag:
 
     def _of_rosbags(self, file: Path) -> Iterator[BagMessage]:
         first = file.is_file() and ".bag" in map(str.lower, file.suffixes)
-        reader = optional(f"rosbags.rosbag{1 if first else 2}", "a ROS bag", "ros2").Reader(file)
-        with reader:
+        encoding, version = ("ros1", 1) if first else ("cdr", 2)
+        with optional(f"rosbags.rosbag{version}", "a ROS bag", "ros2").Reader(file) as reader:
             chosen = [connection for connection in reader.connections if self._reads(connection.msgtype)]
             self.others |= {c.topic: c.msgtype for c in reader.connections if c not in chosen}
             decoders = {
-                connection.id: _decoder(
-                    connection.msgtype, "ros1" if first else "cdr", connection.msgdef.data,
-                    connection.msgdef.format.name == "IDL",
-                )
-                for connection in chosen
-            }  # fmt: skip
+                c.id: _decoder(c.msgtype, encoding, c.msgdef.data, c.msgdef.format.name == "IDL")
+                for c in chosen
+            }
             for connection, received, raw in reader.messages(connections=chosen) if chosen else ():
                 if (content := decoders[connection.id](raw)) is not None:
                     yield BagMessage(connection.topic, connection.msgtype, received, content)

@@ -18,8 +18,7 @@ from ..mcap.mcap_topics import ARRAY_TOPICS
 from ..reading_limits import call_reader
 from ..tables.rows import fields_of, table_of_rows
 from ..tables.table import Table
-from .bag_files import Bag, BagMessage
-from .joint_messages import ARRAY
+from .bag_files import ARRAY, Bag, BagMessage
 
 LATEST = 2**63
 """Time stamps are below this [ns since 1970]."""

@@ -19,8 +19,7 @@ from ..tables.signal_units import Units
 from ..tables.table import Table
 from ..time_order import separate_runs
 from .bag_reader import Content, Group, read_bag
-from .joint_parts import clock_of, joined, parts_of
-from .topic_choice import choose_topics, names_in
+from .joint_parts import choose_topics, clock_of, joined, names_in, parts_of
 
 
 def import_ros2_bag(

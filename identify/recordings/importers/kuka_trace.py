@@ -196,20 +196,16 @@ def _headers(path: Path) -> list[Header]:
     """Codes and values of each channel in a header."""
     try:
         # KUKA's headers are ISO-8859-1 (a degree sign is one byte), in which any byte is a character.
-        lines = path.read_text(encoding="iso-8859-1").splitlines()
+        text = path.read_text(encoding="iso-8859-1")
     except OSError as error:
         raise NotAFile(f"{path} cannot be read: {read_failure(path, error)}") from error
     headers: list[Header] = []
-    inside = False
-    for line in map(str.strip, lines):
-        if line == "#BEGINCHANNELHEADER":
-            inside = True
-            headers.append({})
-        elif line == "#ENDCHANNELHEADER":
-            inside = False
-        elif inside and "," in line:
-            code, value = line.split(",", 1)
-            headers[-1].setdefault(code.strip(), value.strip())
+    for block in text.split("#BEGINCHANNELHEADER")[1:]:
+        lines = block.partition("#ENDCHANNELHEADER")[0].splitlines()
+        codes = [line.partition(",") for line in lines if "," in line]
+        headers.append(
+            {code.strip(): value.strip() for code, _, value in reversed(codes)}
+        )  # the first counts
     if not headers or any("200" not in header for header in headers):
         raise NotAFile(
             f"{path} is not a DIAdem header: it has no channel between #BEGINCHANNELHEADER and its end"

@@ -3,12 +3,16 @@
 Python iterates only over the frames of records (one byte kind, eight bytes length). Messages stay in their
 chunk until `rows` takes all messages of a channel at once. The reader of the package mcap stops at the first
 chunk that is damaged or cut off, and takes eight times as long; only its parsers of single records are used.
+A complete file, with the index that viewers need, is recovered from the remains of a crash or a bad copy.
 """
 
+import json
 import mmap
+import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from array import array
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -19,10 +23,12 @@ import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.writer import CompressionType, Writer
 
-from ...errors import NotAFile
+from ...errors import NotAFile, RecordingError
 from ...file_names import read_failure
 from ..reading_limits import LEAST, largest_size, too_large
+from .mcap_writer import CHUNK
 
 MAGIC = b"\x89MCAP0\r\n"
 _FRAME = struct.Struct("<BQ")
@@ -104,8 +110,7 @@ def read_contents(path: Path) -> Contents:
         )
     contents = Contents(room=largest_size(path))
     for kind, body, complete in _records(data, len(MAGIC)):
-        if kind in _READERS:
-            _READERS[kind](contents, body, complete)
+        _read(contents, kind, body, complete)
         if contents.room < 0:
             raise too_large(path)
     return contents
@@ -124,26 +129,30 @@ def _records(data: memoryview, start: int) -> Iterator[tuple[int, memoryview, bo
         start = stop
 
 
-Reader = Callable[[Contents, memoryview, bool], None]
+_TABLES: dict[int, tuple[Any, str, str]] = {
+    Opcode.SCHEMA: (Schema, "schemas", "id"),
+    Opcode.CHANNEL: (Channel, "channels", "id"),
+    Opcode.METADATA: (Metadata, "metadata", "name"),
+    Opcode.ATTACHMENT: (Attachment, "attachments", "name"),
+}
+"""Kind of a record -> its parser, the table of `Contents` that holds it, and its key there."""
 
 
-def _stored(kind: Any, table: str, key: str, value: str = "") -> Reader:
-    """Reader that stores a kind of record, or its field `value`, in a table, unless it is damaged."""
-
-    def read(contents: Contents, body: memoryview, complete: bool) -> None:
-        if not complete:
-            return
+def _read(contents: Contents, kind: int, body: memoryview, complete: bool) -> None:
+    """Add a record to the contents, unless it is damaged or of a kind that is not needed."""
+    if kind == Opcode.CHUNK:
+        _chunk(contents, body, complete)
+    elif kind == Opcode.FOOTER:
+        contents.finished = complete
+    elif kind in _TABLES and complete:
+        parser, table, key = _TABLES[kind]
         try:
-            record = kind.read(ReadDataStream(BytesIO(body)))
+            record = parser.read(ReadDataStream(BytesIO(body)))
         except Exception:  # the library's parser raises struct.error, UnicodeError, …
             return
-        getattr(contents, table)[getattr(record, key)] = getattr(record, value) if value else record
-
-    return read
-
-
-def _footer(contents: Contents, body: memoryview, complete: bool) -> None:
-    contents.finished = complete
+        getattr(contents, table)[getattr(record, key)] = (
+            record.metadata if kind == Opcode.METADATA else record
+        )
 
 
 def _chunk(contents: Contents, body: memoryview, complete: bool) -> None:
@@ -206,7 +215,7 @@ def _index(contents: Contents, data: bytes) -> None:
         if kind == message and length >= _MESSAGE.size - frame:
             offsets.setdefault(channel, []).append(start)
         elif kind in (Opcode.CHANNEL, Opcode.SCHEMA):
-            _READERS[kind](contents, memoryview(data)[start + frame : stop], True)
+            _read(contents, kind, memoryview(data)[start + frame : stop], True)
         start = stop
     contents.chunks.append(data)
     array = np.frombuffer(data, np.uint8)
@@ -214,11 +223,99 @@ def _index(contents: Contents, data: bytes) -> None:
         contents.messages.setdefault(channel, []).append((array, np.array(starts)))
 
 
-_READERS: dict[int, Reader] = {
-    Opcode.SCHEMA: _stored(Schema, "schemas", "id"),
-    Opcode.CHANNEL: _stored(Channel, "channels", "id"),
-    Opcode.METADATA: _stored(Metadata, "metadata", "name", "metadata"),
-    Opcode.ATTACHMENT: _stored(Attachment, "attachments", "name"),
-    Opcode.CHUNK: _chunk,
-    Opcode.FOOTER: _footer,
-}
+@dataclass(frozen=True)
+class Recovered:
+    """Result of a recovery."""
+
+    messages: int  # number of recovered messages
+    begin: int  # host clock at the first message [ns since 1970]
+    end: int  # host clock at the last message [ns since 1970]
+    lost: tuple[str, ...]  # phrases about missing content; empty if the file was complete
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first message to the last [s]."""
+        return 1e-9 * (self.end - self.begin)
+
+
+def recover(source: Path, target: Path) -> Recovered:
+    """Write a complete file with all readable messages of another file, which is not changed.
+
+    The new recording names its source and what is missing.
+    """
+    contents = read_contents(source)
+    if target.exists():
+        raise RecordingError(f"{target} exists and is not written over. Choose another name (--output)")
+    lost = (*contents.lost, *_losses(contents))
+    if not contents.metadata and not contents.chunks:
+        raise NotAFile(f"{source}: there is nothing in it to rescue; {'; '.join(lost)}")
+    metadata = {
+        name: _with_warning(record, source, lost) if name == "exidyn" else record
+        for name, record in contents.metadata.items()
+    }
+    times = _write_copy(contents, target, metadata)
+    return Recovered(len(times), min(times, default=0), max(times, default=0), lost)
+
+
+def _losses(contents: Contents) -> list[str]:
+    losses = []
+    described = {
+        number for number, channel in contents.channels.items() if channel.schema_id in (0, *contents.schemas)
+    }
+    unknown = sum(message.channel_id not in described for message in contents.messages_in_order())
+    if unknown:
+        losses.append(f"{unknown} messages of topics whose description is damaged")
+    if not contents.finished:
+        losses.append("whatever came after the end of the file")
+    return losses
+
+
+def _with_warning(record: dict[str, str], source: Path, lost: tuple[str, ...]) -> dict[str, str]:
+    """Description of a recording, with a warning if something is missing."""
+    warning = f"recovered from {source.name}, without {'; '.join(lost)}" if lost else ""
+    try:
+        warnings = json.loads(record.get("warnings", "[]"))
+    except ValueError:
+        warnings = []
+    return record | {"warnings": json.dumps([*warnings, warning] if warning else warnings)}
+
+
+def _write_copy(contents: Contents, target: Path, metadata: Mapping[str, dict[str, str]]) -> array:
+    """Write all content of a file with other metadata; return the log times of all messages [ns].
+
+    The copy gets its name only when it is complete.
+    """
+    part = target.with_name(target.name + ".copy")  # not .part, which may be the file that is copied
+    with open(part, "wb") as file:
+        writer = Writer(file, chunk_size=CHUNK, compression=CompressionType.LZ4)
+        writer.start(profile="ros2", library="exidyn")
+        for name, record in metadata.items():
+            writer.add_metadata(name, record)
+        for attached in contents.attachments.values():
+            times = attached.create_time, attached.log_time
+            writer.add_attachment(*times, attached.name, attached.media_type, attached.data)
+        logged = _write_messages(contents, writer)
+        writer.finish()
+    os.replace(part, target)
+    return logged
+
+
+def _write_messages(contents: Contents, writer: Writer) -> array:
+    """Write all messages in the order of their log times, as far as the file has that order."""
+    schemas = {0: 0}
+    for number, schema in contents.schemas.items():
+        schemas[number] = writer.register_schema(schema.name, schema.encoding, schema.data)
+    channels = {
+        number: writer.register_channel(
+            channel.topic, channel.message_encoding, schemas[channel.schema_id], channel.metadata
+        )
+        for number, channel in contents.channels.items()
+        if channel.schema_id in schemas
+    }
+    times = array("Q")
+    for message in contents.messages_in_order():
+        if message.channel_id in channels:
+            number = channels[message.channel_id]
+            writer.add_message(number, message.log_time, message.data, message.publish_time, message.sequence)
+            times.append(message.log_time)
+    return times

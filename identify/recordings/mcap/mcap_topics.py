@@ -22,6 +22,9 @@ STATE_FIELDS = {"position": "position", "velocity": "velocity", "torque": "effor
 COMMAND_FIELDS = {"command": "position", "command_velocity": "velocity"}
 """Signal -> field of /joint_command."""
 
+JOINT_TOPICS = {"/joint_states": STATE_FIELDS, "/joint_command": COMMAND_FIELDS}
+"""Topic of joint states -> its fields; it exists if the first signal does, which gives the time stamps."""
+
 ARRAY_TOPICS = {
     "velocity": "/joint_velocity",
     "torque": "/joint_torque",
@@ -87,33 +90,24 @@ def topic_of(name: str, metadata: Mapping[str, str]) -> Topic | None:
     signals = [signal for signal in metadata.get("signals", "").split(",") if signal in SIGNALS]
     if not signals:
         return None
-    if name == "/joint_states":
-        return Topic(name, JOINT_STATE, {s: STATE_FIELDS[s] for s in signals if s in STATE_FIELDS})
-    if name == "/joint_command":
-        return Topic(name, JOINT_STATE, {s: COMMAND_FIELDS[s] for s in signals if s in COMMAND_FIELDS})
-    return Topic(name, ARRAY, {signals[0]: "data"})
+    if name not in JOINT_TOPICS:
+        return Topic(name, ARRAY, {signals[0]: "data"})
+    fields = JOINT_TOPICS[name]
+    return Topic(name, JOINT_STATE, {signal: fields[signal] for signal in signals if signal in fields})
 
 
 def topics_of(signals: Mapping[str, Signal]) -> list[Topic]:
     """Topics for signals, /joint_states first."""
-    states = _sharing(signals, "position", STATE_FIELDS)
-    topics = [Topic("/joint_states", JOINT_STATE, states)]
-    if "command" in signals:
-        topics.append(Topic("/joint_command", JOINT_STATE, _sharing(signals, "command", COMMAND_FIELDS)))
+    topics = []
+    for name, fields in JOINT_TOPICS.items():
+        if (first := next(iter(fields))) in signals:
+            stamps, present = signals[first].time, [signal for signal in fields if signal in signals]
+            sharing = [signal for signal in present if np.array_equal(signals[signal].time, stamps)]
+            topics.append(Topic(name, JOINT_STATE, {signal: fields[signal] for signal in sharing}))
     for signal, name in ARRAY_TOPICS.items():
-        if signal in signals and signal not in states:
+        if signal in signals and signal not in topics[0].fields:
             topics.append(Topic(name, ARRAY, {signal: "data"}))
     return topics
-
-
-def _sharing(signals: Mapping[str, Signal], first: str, fields: Mapping[str, str]) -> dict[str, str]:
-    """Fields whose signals exist and have the time stamps of the signal `first`."""
-    stamps = signals[first].time
-    return {
-        signal: field
-        for signal, field in fields.items()
-        if signal in signals and np.array_equal(signals[signal].time, stamps)
-    }
 
 
 def nanoseconds(time: np.ndarray) -> np.ndarray:

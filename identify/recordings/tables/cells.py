@@ -123,11 +123,11 @@ GROUPED = {mark: re.compile(rf"[+-]?\d{{1,3}}(?:[{mark}]\d{{3}})+") for mark in 
 DAY = 86400.0
 _TIME = r"(?P<h>\d{1,2}):(?P<min>\d\d)(?::(?P<s>\d\d)(?:[.,](?P<f>\d+))?)?(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
 _ZONE = r"\s*(?:Z|UTC|GMT|(?P<sign>[+-])(?P<zh>\d\d):?(?P<zm>\d\d)?)?"
-_DATES = tuple(
+_YEAR_FIRST, _YEAR_LAST = (
     re.compile(rf"{date}[T\s,]+{_TIME}{_ZONE}")
     for date in (
         r"(?P<y>\d{4})([-/.]?)(?P<m>\d\d?)\2(?P<d>\d\d?)",
-        r"(?P<a>\d\d?)([./-])(?P<b>\d\d?)\2(?P<y>\d{4})",
+        r"(?P<d>\d\d?)([./-])(?P<m>\d\d?)\2(?P<y>\d{4})",
     )
 )
 _OF_DAY = re.compile(_TIME)
@@ -200,12 +200,11 @@ def seconds_of(cell: str) -> float | None:
 
     A date without a time zone counts as UTC, since runs only need differences.
     """
-    for pattern in _DATES:
-        if match := pattern.fullmatch(cell):
-            try:
-                return _since_1970(match)
-            except (ValueError, OverflowError):  # no such day
-                return None
+    if match := _YEAR_FIRST.fullmatch(cell) or _YEAR_LAST.fullmatch(cell):
+        try:
+            return _since_1970(match)
+        except (ValueError, OverflowError):  # no such day
+            return None
     if match := _OF_DAY.fullmatch(cell):
         return _of_day(match)
     if match := _OF_HOUR.fullmatch(cell):
@@ -214,20 +213,12 @@ def seconds_of(cell: str) -> float | None:
 
 
 def _since_1970(match: "re.Match[str]") -> float:
-    parts = match.groupdict()
-    if "y" in parts and "m" in parts:
-        month, day = int(parts["m"]), int(parts["d"])
-    else:
-        day, month = int(parts["a"]), int(parts["b"])
-        if month > 12:
-            day, month = month, day
-    midnight = datetime(int(parts["y"]), month, day, tzinfo=UTC)
-    zone = timedelta()
-    if parts["sign"]:
-        zone = timedelta(hours=int(parts["zh"]), minutes=int(parts["zm"] or 0)) * (
-            -1 if parts["sign"] == "-" else 1
-        )
-    return (midnight - zone).timestamp() + _of_day(match)
+    day, month = int(match["d"]), int(match["m"])
+    if match.re is _YEAR_LAST and month > 12:
+        day, month = month, day
+    midnight = datetime(int(match["y"]), month, day, tzinfo=UTC)
+    zone = timedelta(hours=int(match["zh"] or 0), minutes=int(match["zm"] or 0))
+    return (midnight - zone * (-1 if match["sign"] == "-" else 1)).timestamp() + _of_day(match)
 
 
 def _of_day(match: "re.Match[str]") -> float:

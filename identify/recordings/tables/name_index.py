@@ -119,22 +119,17 @@ def column_words(names: Sequence[str], like: str = "") -> str:
         return ", ".join(names) or "none"
     runs: list[list[str]] = []
     for name in names:
-        if runs and _continues(runs[-1][-1], name):
+        before, after = numbered(runs[-1][-1] if runs else ""), numbered(name)
+        if before and after and after == (before[0], before[1] + 1, before[2]):
             runs[-1].append(name)
         else:
             runs.append([name])
-    return listed((_run_words(run) for run in runs), like)
-
-
-def _continues(name: str, after: str) -> bool:
-    """Whether a name is followed by the next name of an array."""
-    first, second = numbered(name), numbered(after)
-    return bool(first and second and first[::2] == second[::2] and second[1] == first[1] + 1)
-
-
-def _run_words(run: Sequence[str]) -> str:
-    last = numbered(run[-1])
-    return f"{run[0]} to {last[1]}" if last and len(run) >= SHORTEST_RUN else ", ".join(run)
+    ends = [numbered(run[-1]) for run in runs]
+    words = [
+        f"{run[0]} to {end[1]}" if end and len(run) >= SHORTEST_RUN else ", ".join(run)
+        for run, end in zip(runs, ends, strict=True)
+    ]
+    return listed(words, like)
 
 
 def which_columns(signal: str, array: Sequence[str], robot: Robot) -> str:

@@ -82,7 +82,10 @@ def fields_of(content: Any, name: str = "", labels: Sequence[str] = ()) -> Itera
         if (stamp := stamp_of(content)) is not None:
             yield name, 1e-9 * stamp
             return
-        labels = next((list(content[key]) for key in NAMES if _is_texts(content.get(key))), [])
+        lists = (content[key] for key in NAMES if isinstance(content.get(key), list | tuple))
+        labels = next(
+            (list(texts) for texts in lists if texts and all(isinstance(t, str) for t in texts)), []
+        )
         for key, item in content.items():
             yield from fields_of(item, f"{name}.{key}" if name else str(key), labels)
     elif isinstance(content, str):
@@ -122,10 +125,6 @@ def _labels(content: Sequence[Any] | np.ndarray, labels: Sequence[str]) -> Seque
         if isinstance(item, Mapping)
     ]
     return inside if len(set(inside) - {""}) == len(content) else ()
-
-
-def _is_texts(value: Any) -> bool:
-    return isinstance(value, list | tuple) and bool(value) and all(isinstance(item, str) for item in value)
 
 
 def stamp_of(content: Mapping[str, Any]) -> int | None:

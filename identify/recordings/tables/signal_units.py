@@ -66,14 +66,13 @@ class SignalUnits:
         options = self._each(self._stated.get(signal, ""), len(si), "units (--units)")
         preset = self._each(self._from_preset(signal).unit, len(si), self._where(signal))
         degrees = ["deg" + wanted[3:] if self._degrees and wanted in ANGLES else "" for wanted in si]
-        stated = [
-            option or angle or unit for option, angle, unit in zip(options, degrees, preset, strict=True)
-        ]
-        each = zip(stated, self._places[signal], si, strict=True)
-        stated = [unit or self._of_file(signal, place, wanted) for unit, place, wanted in each]
         measured = COMMANDS.get(signal, "")
         others = self.units(measured) if measured in self._places else [""] * len(si)
-        return [unit or other for unit, other in zip(stated, others, strict=True)]
+        each = zip(options, degrees, preset, self._places[signal], si, others, strict=True)
+        return [
+            option or angle or unit or self._of_file(signal, place, wanted) or other
+            for option, angle, unit, place, wanted, other in each
+        ]
 
     def percent_questions(self, position: np.ndarray) -> list[str]:
         """Questions about grippers whose positions (t, n) were read in degrees."""

@@ -1,8 +1,6 @@
 """Table: named columns of numbers, from a text file or from arrays."""
 
-import csv
 import re
-import zlib
 from array import array
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -109,11 +107,9 @@ def read_csv(source: Path) -> list[Table]:
     missing numbers in any usual form. The text is never in memory at once: for a
     compressed file it may be a hundred times as large as its numbers.
     """
-    try:
+    with refused_as(source, "a table"):
         require_gzip(source)
         return [_read_csv(source)]
-    except (OSError, EOFError, UnicodeError, zlib.error, csv.Error) as error:
-        raise NotAFile(f"{source} cannot be read as a table: {error}") from error
 
 
 def _read_csv(source: Path) -> Table:

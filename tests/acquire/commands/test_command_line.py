@@ -35,62 +35,62 @@ def files(tmp_path_factory):
     return write(folder, run("empty"), loaded(), run("other", 2, 3))
 
 
-def test_a_payload_of_known_mass_identifies_the_drive_gains(files, tmp_path, capsys):
+@pytest.fixture
+def fit_of(tmp_path):
+    """A function that identifies by the command line, into a folder to be made, and reads the fit."""
+
+    def run(*arguments):
+        assert main(["identify", *arguments, "--output", str(tmp_path / "out")]) == 0
+        return read_fit(tmp_path / "out" / "fit.json")
+
+    return run
+
+
+def test_a_payload_of_known_mass_identifies_the_drive_gains(files, fit_of, tmp_path, capsys):
     empty, full, other = files
-    out = tmp_path / "out"
-    runs = [empty, "--payload", full, "--mass", "3", "--validate", other]
-    assert main(["identify", *runs, "--full", "--output", str(out)]) == 0
+    fit = fit_of(empty, "--payload", full, "--mass", "3", "--validate", other, "--full")
     printed, progress = capsys.readouterr()
     assert "Identified dynamics of two joints" in printed
     assert "Validated on:     other" in printed
     assert max(map(len, printed.splitlines())) <= 110
     assert "estimate" in progress
     assert "report.html" in progress
-    fit = read_fit(out / "fit.json")
     assert fit.runs == ("empty", "loaded")
     error = np.abs(fit.estimate.gain - two_joints.GAIN)
     assert np.all(error < 4 * fit.estimate.gain_std)
     assert np.all(error < 0.01 * np.abs(two_joints.GAIN))
-    assert (out / "report.html").stat().st_size > 10_000
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
 
 
-def test_options_arrive_and_json_is_the_fit_and_nothing_else(files, tmp_path, capsys):
+def test_options_arrive_and_json_is_the_fit_and_nothing_else(files, fit_of, tmp_path, capsys):
     options = "--position-cutoff 9 --torque-cutoff 6 --standstill 0.02 --estimator weighted --json -".split()
-    save = ["--save", str(tmp_path / "fit.rrd"), "--output", str(tmp_path)]
-    assert main(["identify", files[0], *options, *save]) == 0
+    fit = fit_of(files[0], *options, "--save", str(tmp_path / "fit.rrd"))
     printed = capsys.readouterr().out
     assert json.loads(printed)["joints"] == ["shoulder", "elbow"]
-    assert printed.strip() == (tmp_path / "fit.json").read_text().strip()
-    fit = read_fit(tmp_path / "fit.json")
+    assert printed.strip() == (tmp_path / "out" / "fit.json").read_text().strip()
     assert replace(fit.filtering, rate=None) == Filtering(None, 9.0, 6.0, 0.02)
     assert "weighted" in fit.estimate.method
     assert (tmp_path / "fit.rrd").stat().st_size > 1000
 
 
-def test_two_bodies_have_two_names_and_one_body_one(files, tmp_path):
+def test_two_bodies_have_two_names_and_one_body_one(files, fit_of):
     empty, full, other = files
-    pairs = ["--payload", full, "--mass", "3", "--payload", other, "--mass", "1e-3"]
-    assert main(["identify", empty, *pairs, "--output", str(tmp_path)]) == 0
-    assert {"MXL", "MXL2"} <= set(read_fit(tmp_path / "fit.json").model.names)
-    pairs = ["--payload", full, "--mass", "3", "--payload", full, "--mass", "3"]
-    assert main(["identify", empty, *pairs, "--output", str(tmp_path)]) == 0
-    names = read_fit(tmp_path / "fit.json").model.names
-    assert "MXL" in names
-    assert "MXL2" not in names
+    pair = [empty, "--payload", full, "--mass", "3", "--payload"]
+    assert {"MXL", "MXL2"} <= set(fit_of(*pair, other, "--mass", "1e-3").model.names)
+    assert {"MXL", "MXL2"} & set(fit_of(*pair, full, "--mass", "3").model.names) == {"MXL"}
 
 
-def test_the_payload_inside_a_file_counts(files, tmp_path):
+def test_the_payload_inside_a_file_counts(files, fit_of, tmp_path):
     [path] = write(tmp_path, loaded(KnownPayload("weight", two_joints.MASS)))
-    assert main(["identify", files[0], "--payload", path, "--output", str(tmp_path)]) == 0
-    fit = read_fit(tmp_path / "fit.json")
+    fit = fit_of(files[0], "--payload", path)
     assert "MXweight" in fit.model.names
     assert np.all(fit.estimate.gain_std > 0)
 
 
-def test_center_of_mass_and_inertia_are_known_then(files, tmp_path):
+def test_center_of_mass_and_inertia_are_known_then(files, fit_of):
     body = ["--mass", "3", "--com", "0.1", "0", "-.05", "--inertia", *"1 0 0 1 0 1".split()]
-    assert main(["identify", files[0], "--payload", files[1], *body, "--output", str(tmp_path)]) == 0
-    assert not [n for n in read_fit(tmp_path / "fit.json").model.names if n.endswith("L")]
+    names = fit_of(files[0], "--payload", files[1], *body).model.names
+    assert not [name for name in names if name.endswith("L")]
 
 
 @pytest.mark.parametrize(
@@ -127,8 +127,8 @@ def test_import_writes_recordings_and_reports_it(tmp_path, capsys):
     np.savetxt(table, columns, "%.17g", ",", header="zeit,shoulder_ist,elbow_ist,a,b", comments="")
     robot.write_text(model_text(recording.model))
     columns = ["--columns", "time=zeit", "position={joint}_ist", "current=a,b"]
-    given = ["--robot", str(robot), "--degrees", *columns]
-    assert main(["import", str(table), *given, "--output", str(tmp_path / "out")]) == 0
+    options = ["--robot", str(robot), "--degrees", *columns]
+    assert main(["import", str(table), *options, "--output", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out
     assert "out/table.mcap: two joints, 19.996 s, position 250.0 Hz, current 250.0 Hz" in printed
     found = read_recording(tmp_path / "out" / "table.mcap").signals
@@ -223,20 +223,17 @@ def test_a_folder_that_cannot_be_written_is_named(files, tmp_path, capsys):
     assert f"{tmp_path / 'taken' / 'below'}: --output cannot be written: " in capsys.readouterr().err
 
 
-def test_only_validation_runs_are_identified_from(files, tmp_path):
-    recording = replace(run("alone"), settings={"role": "validate"})
-    path = write(tmp_path, recording)
-    assert main(["identify", *path, "--output", str(tmp_path)]) == 0
-    assert read_fit(tmp_path / "fit.json").runs == ("alone",)
+def test_only_validation_runs_are_identified_from(fit_of, tmp_path):
+    path = write(tmp_path, replace(run("alone"), settings={"role": "validate"}))
+    assert fit_of(*path).runs == ("alone",)
 
 
-def test_shapes_are_fitted_where_asked(files, tmp_path, capsys):
-    command = ["identify", files[0], "--output", str(tmp_path / "out"), "--shapes"]
-    assert main([*command, "coulomb_friction", "--full"]) == 0
+def test_shapes_are_fitted_where_asked(files, fit_of, tmp_path, capsys):
+    fit_of(files[0], "--shapes", "coulomb_friction", "--full")
     page = capsys.readouterr().out
     found = [float(value) for value in re.findall(r"coulomb friction \(\w+\): reversal (\S+) rad/s", page)]
     assert len(found) == 2
     # 0.003 rad/s passes in a millisecond of these motions: little more is known than that it is small
     assert all(1e-4 <= value < 0.02 for value in found)
-    assert main([*command, "stribeck_friction"]) == REFUSED
+    assert main(["identify", files[0], "--output", str(tmp_path), "--shapes", "stribeck_friction"]) == REFUSED
     assert "stribeck_friction" in capsys.readouterr().err

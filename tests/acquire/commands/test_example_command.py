@@ -10,8 +10,7 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands import command
 from exidyn.acquire.commands.example_command import NAMED
-from exidyn.acquire.examples.example_gains import comparison
-from exidyn.acquire.examples.example_real import FILES
+from exidyn.acquire.examples.example_runs import FILES, comparison
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.robot_files.robot_file import read_model
 

@@ -9,6 +9,7 @@ import pytest
 from exidyn.identification.robot_files.robot_file import model_text
 
 from ...parts.descendants import started, within
+from ...parts.pages.browser import free_port
 from ...parts.small import two_joints
 from ...parts.small.two_joint_files import run, write
 
@@ -17,18 +18,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for proce
 EXIDYN = ["-m", "exidyn.acquire.command_line"]
 PATIENCE = 120.0
 """Of a busy machine, until processes have started or ended [s]."""
-
-
-def free_ports() -> int:
-    """A port that is free, and so is the next."""
-    while True:
-        with socket.create_server(("127.0.0.1", 0)) as probe:
-            port = probe.getsockname()[1]
-            try:
-                socket.create_server(("127.0.0.1", port + 1)).close()
-            except OSError:
-                continue
-        return port
 
 
 def listening(port: int) -> bool:
@@ -42,7 +31,7 @@ def listening(port: int) -> bool:
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGHUP])
 def test_the_server_of_a_view_ends_with_it(tmp_path, how):
     [path] = write(tmp_path, run("run"))
-    port = free_ports()
+    port = free_port()
     with started([*EXIDYN, "view", path, "--serve", f"127.0.0.1:{port}"]) as view:
         assert b"view: http" in view.process.stderr.readline()
         assert listening(port)

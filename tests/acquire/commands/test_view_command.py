@@ -24,12 +24,12 @@ from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.mcap.mcap_file import read_recording
 from exidyn.identification.recordings.recording import Event
 
-from ...parts.pages.browser import headless_browser, wait_for
+from ...parts.pages.browser import free_port, headless_browser, wait_for
 from ...parts.pages.report_pages import known_fit
 from ...parts.pages.rerun_viewer import numbers, read, require_drawn, require_poses, seconds
 from ...parts.small.small_diagnosis import nominal_model, recordings, with_remainder
 from ...parts.small.two_joint_files import run, write
-from ..views.test_live_view import coloured, free_port
+from ..views.test_live_view import coloured
 
 pytestmark = pytest.mark.clocked(patient=True)
 
@@ -59,25 +59,31 @@ def diagnosed(files, tmp_path_factory):
     return saved(files, tmp_path_factory.mktemp("rrd"), "diagnosis.json")
 
 
-def test_a_recording_is_what_was_measured(files, tmp_path, capsys):
-    chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
-    assert capsys.readouterr().err == f"written: {tmp_path / 'view.rrd'}\n"
+@pytest.fixture(scope="module")
+def recorded(files):
+    return read_recording(files / "run.mcap")
+
+
+@pytest.fixture(scope="module")
+def chunks(files, tmp_path_factory):
+    """What is shown of the recording."""
+    return saved(files, tmp_path_factory.mktemp("rrd"), "run.mcap")
+
+
+def test_a_recording_is_what_was_measured(chunks, recorded):
     for name in ("position", "current"):
-        found = numbers(chunks, f"/run/{name}/measured").reshape(-1, 2)
-        np.testing.assert_array_equal(found, given.signals[name].values)
-        np.testing.assert_allclose(
-            seconds(chunks, f"/run/{name}/measured"), given.signals[name].time, atol=2e-9
-        )
+        signal, entity = recorded.signals[name], f"/run/{name}/measured"
+        np.testing.assert_array_equal(numbers(chunks, entity).reshape(-1, 2), signal.values)
+        np.testing.assert_allclose(seconds(chunks, entity), signal.time, atol=2e-9)
     (text,) = chunks["/run/inside", "TextDocument:text"][0].to_pylist()[0]
     assert "two joints: shoulder, elbow" in text
     (words,) = chunks["/run/events/stop", "TextLog:text"][0].to_pylist()[0]
     assert words == "1.50 s  stop: shoulder is too fast"
 
 
-def test_velocity_that_was_not_recorded_is_that_of_the_positions(files, tmp_path):
-    chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
-    assert "velocity" not in given.signals
-    motion = prepare(given).motion
+def test_velocity_that_was_not_recorded_is_that_of_the_positions(chunks, recorded):
+    assert "velocity" not in recorded.signals
+    motion = prepare(recorded).motion
     time = seconds(chunks, "/run/velocity/measured")
     inside = (time > motion.time[0]) & (time < motion.time[-1])
     found = numbers(chunks, "/run/velocity/measured").reshape(-1, 2)[inside]
@@ -85,15 +91,15 @@ def test_velocity_that_was_not_recorded_is_that_of_the_positions(files, tmp_path
     np.testing.assert_allclose(found, expected, atol=0.02 * np.abs(expected).max())
 
 
-def test_the_arm_moves_as_measured(files, tmp_path):
-    chunks, given = saved(files, tmp_path, "run.mcap"), read_recording(files / "run.mcap")
-    signal = given.signals["position"]
+def test_the_arm_moves_as_measured(chunks, recorded):
+    signal = recorded.signals["position"]
     at = np.searchsorted(signal.time, seconds(chunks, "/arm in run/moves")[::2] - 1e-6)
-    require_poses(chunks, "/arm in run/moves", given.robot.kinematics, signal.values[at])
+    require_poses(chunks, "/arm in run/moves", recorded.robot.kinematics, signal.values[at])
 
 
-def test_runs_of_one_name_are_distinguished(files, tmp_path):
+def test_runs_of_one_name_are_distinguished(files, tmp_path, capsys):
     chunks = saved(files, tmp_path, "run.mcap", "run.mcap")
+    assert capsys.readouterr().err == f"written: {tmp_path / 'view.rrd'}\n"
     assert ("/run/position/measured", "Scalars:scalars") in chunks
     assert ("/run #2/position/measured", "Scalars:scalars") in chunks
 
@@ -306,8 +312,7 @@ def test_browser_shows_a_diagnosis_until_it_is_ended(files, tmp_path):
         process.stderr.close()
 
 
-def test_colours_of_joints_are_those_of_the_live_view(files, tmp_path):
-    chunks = saved(files, tmp_path, "run.mcap")
+def test_colours_of_joints_are_those_of_the_live_view(chunks):
     ((first, second),) = chunks["/run/position/measured", "SeriesLines:colors"][0].to_pylist()
     expected = [int.from_bytes(bytes([*colour, 255])) for colour in COLORS[:2]]
     assert [first, second] == expected

@@ -56,13 +56,15 @@ def wrong(text):
     return [name for name, verdict in verdicts(text).items() if verdict == "wrong"]
 
 
-@pytest.mark.parametrize("joint", ["2", "joint3"])
-def test_a_right_joint_is_judged_right(joint, capsys):
-    code, text = jog(capsys, joint)
+@pytest.mark.parametrize(
+    ("arguments", "degrees"), [(["2"], 2.0), (["joint3"], 2.0), ([3, "--degrees", -4], -4.0)]
+)
+def test_a_right_joint_is_judged_right(arguments, degrees, capsys):
+    code, text = jog(capsys, *arguments)
     assert code == DONE
     assert list(verdicts(text).values())[:4] == ["right"] * 4
     assert text["stop"] == "none"
-    assert text["distance"] == pytest.approx(np.radians(2.0))
+    assert text["distance"] == pytest.approx(np.radians(degrees))
 
 
 def test_a_robot_with_negative_gains_and_a_balancer_is_right_too(capsys):
@@ -71,12 +73,6 @@ def test_a_robot_with_negative_gains_and_a_balancer_is_right_too(capsys):
     assert set(verdicts(text).values()) == {"right"}
     zero = text["judgements"][-1]
     assert zero["low"] < 0.0 < zero["high"]
-
-
-def test_down_is_as_good_as_up(capsys):
-    code, text = jog(capsys, 3, "--degrees", -4)
-    assert code == DONE
-    assert list(verdicts(text).values())[:4] == ["right"] * 4
 
 
 def test_a_joint_that_gravity_does_not_pull_at_shows_no_gain(capsys):

@@ -14,8 +14,7 @@ import pytest
 from exidyn.acquire.command_line import REFUSED, STOPPED, main
 from exidyn.acquire.commands import watch_command
 from exidyn.acquire.run.listener import Listener, Reading
-from exidyn.acquire.terminal.joint_units import JointUnits
-from exidyn.acquire.terminal.watch_text import json_line, line, table_lines
+from exidyn.acquire.terminal.watch_text import JointUnits, json_line, line, table_lines
 from exidyn.drivers import Arm, Info
 from exidyn.drivers.errors import LinkLost
 from exidyn.identification.robot_files.robot_file import read_model

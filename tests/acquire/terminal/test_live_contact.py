@@ -8,9 +8,8 @@ import pytest
 
 from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.run.listener import Reading
-from exidyn.acquire.terminal.joint_units import JointUnits
 from exidyn.acquire.terminal.live_contact import LiveContact
-from exidyn.acquire.terminal.watch_text import External, json_line, line, table_lines
+from exidyn.acquire.terminal.watch_text import External, JointUnits, json_line, line, table_lines
 from exidyn.drivers import Info, Sample
 from exidyn.identification.contact.contact import contact
 from exidyn.identification.errors import RecordingError

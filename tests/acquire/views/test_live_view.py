@@ -30,7 +30,7 @@ from exidyn.acquire.views.viewers import open_window
 from exidyn.identification.arm.newton_euler import link_frames
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.pages.browser import headless_browser, wait_for
+from ...parts.pages.browser import free_port, headless_browser, wait_for
 from ...parts.pages.live_frames import frames, measured
 from ...parts.pages.rerun_viewer import numbers, read, require_all, require_poses, seconds, settled
 from ...parts.small import two_joints
@@ -106,18 +106,6 @@ def file(run, tmp_path_factory):
 @pytest.fixture(scope="module")
 def chunks(file):
     return read(file)
-
-
-def free_port():
-    """A port that is free just now, as is the next one."""
-    while True:
-        with socket.create_server(("127.0.0.1", 0)) as one:
-            port = one.getsockname()[1]
-            try:
-                socket.create_server(("127.0.0.1", port + 1)).close()
-                return port
-            except OSError:
-                continue
 
 
 def listeners(port):

@@ -167,21 +167,20 @@ def test_a_frame_that_cannot_be_read_is_reported_once_and_survived(scripted):
     assert not bus.trouble
 
 
-def test_a_bus_that_only_fails_is_given_up(scripted, monkeypatch):
-    monkeypatch.setattr(can_bus, "PATIENCE", -1.0)
-    bus, _ = scripted([can.CanOperationError("unplugged")])
-    assert bus.receive(0.0) is None
-    assert "nothing can be read any more: CanOperationError: unplugged" in bus.trouble
+@pytest.mark.parametrize("operation", ["read", "sent"])
+def test_a_bus_that_only_fails_is_given_up(scripted, monkeypatch, operation):
+    error = can.CanOperationError("unplugged")
+    bus, script = scripted([error, error])
+    monkeypatch.setattr(script, "send", lambda *_: (_ for _ in ()).throw(error))
 
+    def fail():
+        return bus.receive(0.0) if operation == "read" else bus.send(frame(1, b""))
 
-def test_a_bus_that_takes_nothing_is_given_up(scripted, monkeypatch):
-    bus, script = scripted()
-    monkeypatch.setattr(script, "send", lambda *_: (_ for _ in ()).throw(can.CanOperationError("full")))
-    bus.send(frame(1, b""))
+    assert fail() is None
     assert not bus.trouble
     monkeypatch.setattr(can_bus, "PATIENCE", -1.0)
-    bus.send(frame(1, b""))
-    assert "nothing can be sent any more" in bus.trouble
+    assert fail() is None
+    assert f"nothing can be {operation} any more: CanOperationError: unplugged" in bus.trouble
 
 
 def test_error_frames_of_the_controller_are_understood(scripted):
@@ -281,16 +280,8 @@ def test_targets_are_sent_before_sync_and_nothing_before_they_are_to_be(scripted
     script.sent.clear()
     talk.commanding, talk.control, talk.target = True, [0x0F] * 6, [-1, 2, 3, 4, 5, 6]
     talk.cycle(0.0)
-    assert [identifier for identifier, _ in script.sent] == [
-        0x201,
-        0x202,
-        0x203,
-        0x204,
-        0x205,
-        0x206,
-        0x77F,
-        0x080,
-    ]
+    identifiers = [identifier for identifier, _ in script.sent]
+    assert identifiers == [0x201, 0x202, 0x203, 0x204, 0x205, 0x206, 0x77F, 0x080]
     assert script.sent[0][1] == bytes.fromhex("0F00FFFFFFFF")
     assert script.sent[6][1] == b"\x05"
 

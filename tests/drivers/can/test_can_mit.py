@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from exidyn.drivers import Command, Driver, StopLevel, create
-from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
+from exidyn.drivers.errors import BadSettings, NotReady
 
 from ...parts.controllers.can_peers import ARM, armed, command, follow, motors, standing, until_fault
 from ...peers.can_arm import MASTER, mit_settings, multicast
@@ -90,33 +90,12 @@ def test_ranges_that_are_not_the_motors_are_refused():
             driver.open()
 
 
-def test_a_motor_that_is_not_there_is_named():
-    with motors(ids=[1, 2, 3, 4, 5, 15], masters=[17, 18, 19, 20, 21, 31]) as (_, driver):
-        with pytest.raises(LinkLost, match=r"joint6 \(motor 15\) does not answer on identifier 0x01F"):
-            driver.open()
-
-
 def test_an_old_error_is_reported_and_cleared_by_arming():
     with motors("--error", "9") as (peer, driver):
         info = driver.open()
         assert any("joint1 (motor 1) has error 9 (under-voltage)" in text for text in info.warnings)
         driver.arm_drives()
         assert peer.wait_for("motor 6: on")
-
-
-def test_an_error_is_a_fault_that_names_the_motor():
-    with motors("--fault", "error:4@10") as (_, driver):
-        sample = until_fault(driver, armed(driver))
-        assert sample.fault == "joint4 (motor 4): error 10 (over-current)"
-        assert driver.exchange(None).fault == sample.fault
-
-
-def test_a_silent_joint_is_stale_and_not_a_number():
-    with motors("--fault", "silent:2@5", hasty=True) as (_, driver):
-        samples = follow(driver, armed(driver), 60)
-        assert samples[-1].stale[1]
-        assert np.isnan([samples[-1].position[1], samples[-1].torque[1], samples[-1].temperature[1]]).all()
-        assert not samples[-1].fault
 
 
 def test_motors_switch_off_when_the_host_falls_silent():
@@ -131,15 +110,6 @@ def test_motors_switch_off_when_the_host_falls_silent():
         events = [event for sample in samples for event in sample.events]
         assert sum("error 13 (host silent)" in event for event in events) == 6
         assert not peer.printed(": on, gains (200")
-
-
-def test_another_program_that_commands_a_motor_is_recognized():
-    with motors() as (peer, driver):
-        where = armed(driver)
-        with multicast(int(peer.address)) as other:
-            other.send(can.Message(arbitration_id=3, data=b"\xff" * 7 + b"\xfd", is_extended_id=False))
-            sample = until_fault(driver, where)
-        assert "another program sends commands to joint3 (motor 3)" in sample.fault
 
 
 def test_reading_goes_on_after_a_pause_of_this_computer():
@@ -248,24 +218,3 @@ def test_what_does_not_fit_into_a_frame_is_a_fault_and_not_sent():
         for _ in range(5):
             sample = driver.exchange(None)
         assert (np.abs(sample.position - where)[~sample.stale] < 0.01).all()
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"ids": [1, 2, 3, 3, 5, 6]}, ["3 and 3", "distinguished"]),
-        ({"ids": [1, 2, 3, 17, 5, 6], "masters": 0}, ["1 and 17", "last hexadecimal digit"]),
-        ({"model": "DM9999"}, ["DM9999", "DM4310", "AK80-9"]),
-        ({"model": "T-Motor", "position_range": 0.0}, ["position_range", "AK80-9"]),
-        ({"current_range": 10.0}, ["current_range", "T-Motor"]),
-        ({"kp": 600.0}, ["kp", "600", "500"]),
-        ({"sign": [1, 1, 0, 1, 1, 1]}, ["sign[2] is 0", "Valid: 1, -1"]),
-        ({"velocity_range": 2.0}, ["joint1", "velocity limit is 3", "2"]),
-        ({"zero": 10.0}, ["joint1", "position limits are up to 13 rad", "12.5"]),
-        ({"cycle": 0.001}, ["12 frames", "1000 Hz", "cycle = 0.002"]),
-    ],
-)
-def test_settings_that_cannot_be_are_refused(change, words):
-    with pytest.raises(BadSettings) as caught:
-        create("can_mit", {**mit_settings("43113"), **change}, ARM)
-    assert all(word in str(caught.value) for word in words), caught.value

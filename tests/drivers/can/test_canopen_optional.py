@@ -5,11 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from exidyn.drivers import create
-from exidyn.drivers.errors import BadSettings, NotReady
+from exidyn.drivers.errors import NotReady
 
-from ...parts.controllers.can_peers import ARM, drives, follow, standing
-from ...peers.can_arm import canopen_settings
+from ...parts.controllers.can_peers import drives, follow, standing
 
 CURRENT = 0.1 * np.arange(1, 7)
 """What the peer's motors draw [A], rated at 4 A and 2 N m."""
@@ -94,16 +92,18 @@ def test_a_drive_without_dead_man_is_refused_until_that_is_set(missing):
 @pytest.mark.parametrize(
     ("missing", "setting", "words"),
     [
-        ("0x6075:0", {}, ["0x6075:0", "rated_current [A]", "current_scale"]),
-        ("0x6078:0", {"effort": "current"}, ["0x6078:0", "current_object", 'effort = "torque"']),
-        ("0x6077:0", {"effort": "torque"}, ["0x6077:0", 'effort = "current"']),
-        ("0x6076:0", {"effort": "torque"}, ["0x6076:0", "rated_torque [N m"]),
-        ("0x6065:0", {"following_error": 0.2}, ["0x6065:0", "following_error = 0"]),
-        ("0x607D:2", {"write_limits": True}, ["0x607D:2", "write_limits = false"]),
+        ("2:0x6075:0", {}, ["0x6075:0", "rated_current [A]", "current_scale"]),
+        ("2:0x6078:0", {"effort": "current"}, ["0x6078:0", "current_object", 'effort = "torque"']),
+        ("2:0x6077:0", {"effort": "torque"}, ["0x6077:0", 'effort = "current"']),
+        ("2:0x6076:0", {"effort": "torque"}, ["0x6076:0", "rated_torque [N m"]),
+        ("2:0x6065:0", {"following_error": 0.2}, ["0x6065:0", "following_error = 0"]),
+        ("2:0x607D:2", {"write_limits": True}, ["0x607D:2", "write_limits = false"]),
+        ("2:0x6078:0 2:0x6077:0", {}, ["has neither 0x6078:0", "nor 0x6077:0", "current_object"]),
+        ("2:0x6078:0 5:0x6077:0", {}, ["has no 0x6078:0", ", and joint5 (node 5) has no 0x6077:0"]),
     ],
 )
 def test_what_was_asked_for_and_is_missing_is_refused_with_what_to_set(missing, setting, words):
-    with drives("--without", f"2:{missing}", **setting) as (_, driver):
+    with drives(*(f"--without={place}" for place in missing.split()), **setting) as (_, driver):
         with pytest.raises(NotReady) as caught:
             driver.open()
         assert str(caught.value).startswith("joint2 (node 2) ")
@@ -115,23 +115,6 @@ def test_a_window_without_its_time_out_is_a_remark():
     with drives("--without", "2:0x6066:0", following_error=0.2) as (_, driver):
         info, _ = run(driver)
         assert "no 0x6066:0" in warnings_of_joint2(info)[0]
-
-
-def test_neither_current_nor_torque_is_refused():
-    with drives("--without", "2:0x6078:0", "--without", "2:0x6077:0") as (_, driver):
-        with pytest.raises(
-            NotReady, match=r"joint2 \(node 2\) has neither 0x6078:0 .* nor 0x6077:0"
-        ) as caught:
-            driver.open()
-        assert "current_object" in str(caught.value)
-
-
-def test_current_here_and_torque_there_is_refused():
-    with drives("--without", "2:0x6078:0", "--without", "5:0x6077:0") as (_, driver):
-        with pytest.raises(
-            NotReady, match=r"joint2 .* no 0x6078:0 .*, and joint5 \(node 5\) has no 0x6077:0"
-        ):
-            driver.open()
 
 
 def test_torque_replaces_current():
@@ -174,20 +157,3 @@ def test_a_type_that_is_not_the_objects_is_refused():
     with drives(current_object="0x6078:0 int32") as (_, driver):
         with pytest.raises(NotReady, match="answers 2 bytes for 0x6078:0 .*, its type here has 4"):
             driver.open()
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"current_object": "0x6078"}, ["'0x6078'", "index:sub type", "int16", "float32"]),
-        ({"current_object": "0x6078:0 word"}, ["'0x6078:0 word'", "int16"]),
-        ({"current_object": "0x1018:1 uint32"}, ["0x2000", "0x9FFF"]),
-        ({"current_object": ["0x6078:0 int16"] * 5}, ["current_object", "5 entries", "6 joints"]),
-        ({"current_scale": 0.001, "rated_current": 4.0}, ["joint1", "current_scale", "rated_current"]),
-        ({"current_object": "0x30D1:2 int32", "cycle": 0.002}, ["19 frames", "cycle"]),
-    ],
-)
-def test_settings_that_cannot_be_are_refused(change, words):
-    with pytest.raises(BadSettings) as caught:
-        create("canopen_402", {**canopen_settings("43113"), "bitrate": 800_000, **change}, ARM)
-    assert all(word in str(caught.value) for word in words), caught.value

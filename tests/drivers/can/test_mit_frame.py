@@ -21,18 +21,8 @@ RANGES = Ranges(12.5, 30.0, 10.0)
 
 def by_shifts(p, v, kp, kd, t):
     """As the manuals have it, of whole numbers."""
-    return bytes(
-        [
-            p >> 8,
-            p & 255,
-            v >> 4,
-            (v & 15) << 4 | kp >> 8,
-            kp & 255,
-            kd >> 4,
-            (kd & 15) << 4 | t >> 8,
-            t & 255,
-        ]
-    )
+    shared = (v & 15) << 4 | kp >> 8, (kd & 15) << 4 | t >> 8
+    return bytes([p >> 8, p & 255, v >> 4, shared[0], kp & 255, kd >> 4, shared[1], t & 255])
 
 
 def test_a_command_is_packed_as_the_manuals_draw_it():

@@ -9,17 +9,12 @@ import can
 import pytest
 from can.interfaces.udp_multicast.utils import pack_message
 
-from exidyn.drivers.can.transports import (
-    ERROR,
-    OTHER,
-    PythonCanTransport,
-    SlcanTransport,
-    transport_of,
-)
+from exidyn.drivers.can.transports import ERROR, OTHER, PythonCanTransport, SlcanTransport, transport_of
 from exidyn.drivers.host_clock import Pause
 
 from ...parts.system_needs import MULTICAST, TERMINALS
-from ...peers.can_arm import CHANNEL, free_port
+from ...peers.can_arm import free_port
+from ...peers.can_arm import multicast as bus_on
 
 FRAMES = [(0x181, b"12345678"), (0x000, b"\x01\x05"), (0x080, b""), (0x7FF, b"\xff\xa4data\xc4")]
 
@@ -42,13 +37,8 @@ def serial():
     master, slave = os.openpty()
     tty.setraw(master)
     tty.setraw(slave)
-    bus = can.Bus(
-        channel=os.ttyname(slave),
-        interface="slcan",
-        bitrate=1_000_000,
-        sleep_after_open=0,
-        ignore_config=True,
-    )
+    options = {"interface": "slcan", "bitrate": 1_000_000, "sleep_after_open": 0, "ignore_config": True}
+    bus = can.Bus(channel=os.ttyname(slave), **options)
     while select.select([master], [], [], 0.0)[0]:
         os.read(master, 4096)
     yield transport_of(bus, "slcan"), master
@@ -62,14 +52,7 @@ def multicast():
     """A transport, and another bus of python-can's on the same group."""
     MULTICAST.require()
     port = free_port()
-    given = {
-        "channel": CHANNEL,
-        "interface": "udp_multicast",
-        "port": port,
-        "fd": False,
-        "ignore_config": True,
-    }
-    ours, theirs = can.Bus(**given), can.Bus(**given)
+    ours, theirs = bus_on(port), bus_on(port)
     yield transport_of(ours, "udp_multicast"), theirs
     ours.shutdown()
     theirs.shutdown()
@@ -161,26 +144,24 @@ def test_multicast_frames_are_those_of_python_can_both_ways(multicast):
     transport.send(FRAMES, 0.1)
     for identifier, data in FRAMES:
         message = other.recv(1.0)
-        assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (
-            identifier,
-            data,
-            False,
-        )
+        seen = (message.arbitration_id, bytes(message.data), message.is_extended_id)
+        assert seen == (identifier, data, False)
     assert transport.receive(0.05) is None  # what it has sent itself
-    for extended in (False, True):
-        other.send(can.Message(arbitration_id=0x181, data=b"12", is_extended_id=extended))
-        assert transport.receive(1.0) == (0x181 | OTHER * extended, b"12")
+    for extended in (False, True) * 2:
+        for data in (FRAMES[0][1], b"\xa4data\xc4\x01x", b""):  # the first is also one that it has sent
+            other.send(can.Message(arbitration_id=0x181, data=data, is_extended_id=extended))
+            assert transport.receive(1.0) == (0x181 | OTHER * extended, data)
 
 
-def test_the_same_frame_of_another_is_received(multicast):
-    transport, other = multicast
-    transport.send(FRAMES[:1], 0.1)
-    assert transport.receive(0.05) is None
-    other.send(can.Message(arbitration_id=0x181, data=b"12345678", is_extended_id=False))
-    assert transport.receive(1.0) == FRAMES[0]
+WHOLE = pack_message(can.Message(arbitration_id=0x181, data=b"12345678", is_extended_id=False))
 
 
-@pytest.mark.parametrize("datagram", [b"", b"\xff", b"\x93\x01\x02\x03", b"\xc1"])
+@pytest.mark.parametrize(
+    "datagram",
+    [
+        b"", b"\xff", b"\x93\x01\x02\x03", b"\xc1", WHOLE[:-1], WHOLE + b"\x00", WHOLE.replace(b"345", b"")
+    ],
+)  # fmt: skip
 def test_multicast_that_is_no_frame_is_an_error_and_the_next_is_read(multicast, datagram):
     transport, other = multicast
     other._multicast.send(datagram)
@@ -201,34 +182,12 @@ def test_any_other_interface_goes_through_python_can():
         assert transport.receive(0.0) is None
 
 
-def test_an_slcan_port_without_a_descriptor_goes_through_python_can():
+def test_only_an_slcan_port_with_a_descriptor_is_read_directly(serial):
     class Bus:
         serialPortOrig = object()
 
     assert isinstance(transport_of(Bus(), "slcan"), PythonCanTransport)
-
-
-def test_slcan_on_a_port_with_a_descriptor_reads_it_directly(serial):
     assert isinstance(serial[0], SlcanTransport)
-
-
-def test_a_known_frame_of_another_length_is_no_frame(multicast):
-    transport, other = multicast
-    whole = pack_message(can.Message(arbitration_id=0x181, data=b"12345678", is_extended_id=False))
-    for datagram in (whole, whole[:-1], whole + b"\x00", whole.replace(b"345", b"")):
-        other._multicast.send(datagram)
-    assert transport.receive(1.0) == (0x181, b"12345678")
-    for _ in range(3):
-        with pytest.raises(Exception):  # noqa: B017, PT011 - of several kinds
-            transport.receive(1.0)
-
-
-def test_known_frames_differ_in_their_data_only(multicast):
-    transport, other = multicast
-    for flags in ({"is_extended_id": False}, {"is_extended_id": True}) * 2:
-        for data in (b"12345678", b"\xa4data\xc4\x01x", b""):
-            other.send(can.Message(arbitration_id=0x181, data=data, **flags))
-            assert transport.receive(1.0) == (0x181 | OTHER * flags["is_extended_id"], data)
 
 
 def test_a_serial_adapter_that_takes_nothing_is_an_error_and_no_line_is_sent_in_pieces(serial):
@@ -262,7 +221,7 @@ def _read(descriptor):
 def test_what_an_interface_returns_of_what_was_sent_is_passed_over():
     given = {"channel": "echo", "interface": "virtual", "ignore_config": True}
     with can.Bus(**given, receive_own_messages=True) as ours, can.Bus(**given) as theirs:
-        transport = PythonCanTransport(ours)
+        transport = PythonCanTransport(ours, "virtual")
         transport.send([(0x201, b"own")], 0.1)
         theirs.send(can.Message(arbitration_id=0x181, data=b"answer", is_extended_id=False))
         assert transport.receive(1.0) == (0x181, b"answer")

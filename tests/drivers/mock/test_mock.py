@@ -7,7 +7,7 @@ from exidyn.drivers import Command, Driver, StopLevel, create
 from exidyn.drivers.errors import BadSettings, NotReady
 from exidyn.drivers.host_clock import HOST
 from exidyn.drivers.mock.driver import EPOCH, SteppedClock
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.least_squares import given_nominal
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.simulation.plant import Plant

@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from exidyn.drivers import Command, Driver, StopLevel, create
+from exidyn.drivers import Driver, StopLevel, create
 from exidyn.drivers.dynamixel.packet import ERRORS
 from exidyn.drivers.dynamixel.registers import MODELS, RETURN_DELAY, joins_answers
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
@@ -19,7 +19,6 @@ from ...parts.controllers.servo_parts import (
     driver,
     fresh,
     hold,
-    module_peer,
     peer,
     send_only,
     servo,
@@ -27,23 +26,10 @@ from ...parts.controllers.servo_parts import (
     until,
 )
 
-moving = module_peer("dynamixel", "--torque", 1)
-mirroring = module_peer("dynamixel", "--mirror")
-
 
 @pytest.fixture
-def servos(moving):
-    """An arm held by its servos, that answer at once, with registers as from the factory else."""
-    send_only(moving, "heal")
-    send_only(moving, "set 9 1 0")
-    return moving
-
-
-@pytest.fixture
-def mirrors(mirroring):
-    """Servos that are where they were commanded last."""
-    send_only(mirroring, "heal")
-    return mirroring
+def kind():
+    return "dynamixel"
 
 
 def test_servos_are_found_set_up_and_reported(servos):
@@ -57,38 +43,6 @@ def test_servos_are_found_set_up_and_reported(servos):
         assert (info.window_lower < -30.0).all()
         assert (info.window_upper > 30.0).all()
         assert info.warnings == ()
-
-
-@pytest.mark.parametrize("fast", ["on", "off"])
-def test_the_arm_follows_and_reports_position_velocity_and_current(servos, fast):
-    with armed(driver("dynamixel", servos, fast_sync_read=fast)) as one:
-        start = still(one)
-        samples = []
-        for number in range(300):
-            sweep = 0.1 * (1.0 - np.cos(np.pi * number / 300)) * np.ones(6)
-            samples.append(one.exchange(Command(start + sweep, np.zeros(6))))
-        end = fresh(one, hold(start + 0.2), 400)
-        end, _ = until(one, lambda s: np.all(np.abs(s.position - start - 0.2) < 2e-3), hold(start + 0.2))
-        speed = np.nanmax([sample.velocity for sample in samples], axis=0)
-        assert (speed > 0.05).all()  # its own sign and gear on every joint
-        assert np.nanmax(np.abs([sample.current for sample in samples])) > 0.5
-        assert np.isfinite([sample.temperature for sample in samples]).any()
-        assert np.isnan([sample.temperature for sample in samples]).any()
-
-
-def test_every_fresh_sample_is_of_its_own_cycle(mirrors):
-    with armed(counting("dynamixel", mirrors)) as one:
-        checked = 0
-        for number in range(200):
-            if number in (20, 90):
-                send_only(mirrors, f"late {0.0045 * (1 + number // 40)} 1")
-            if number == 150:
-                send_only(mirrors, "short 1")
-            sample = one.exchange(hold(np.full(6, number * TURN)))
-            checked += not sample.stale.any()
-            seen = sample.position[~sample.stale]
-            np.testing.assert_allclose(seen, number * TURN, atol=1e-9)
-        assert checked > 50
 
 
 def test_numbers_that_look_like_headers_come_through(mirrors):
@@ -228,22 +182,6 @@ def test_a_servo_that_lost_its_power_is_a_fault(servos):
         assert "servo 10 (joint1) has its torque off" in sample.fault
 
 
-def test_a_quick_stop_holds_where_the_arm_is_and_no_command_moves_it_again(servos):
-    with armed(driver("dynamixel", servos)) as one:
-        start = fresh(one).position
-        for number in range(100):
-            one.exchange(hold(start + 0.001 * number))
-        one.stop(StopLevel.QUICK)
-        here = fresh(one).position
-        for _ in range(100):
-            one.exchange(hold(start + 1.0))
-        np.testing.assert_allclose(fresh(one).position, here, atol=0.03)
-        one.stop(StopLevel.OFF)
-        one.stop(StopLevel.QUICK)
-        fresh(one)
-        assert one._bus.read(one.torque) == [0] * 6
-
-
 @pytest.mark.parametrize(("at_end", "torque"), [("hold", [1] * 6), ("off", [0] * 6)])
 def test_at_the_end_servos_hold_or_are_off_and_take_goals_of_others(servos, at_end, torque):
     one = driver("dynamixel", servos, at_end=at_end)
@@ -286,12 +224,6 @@ def test_every_question_of_a_run_asks_for_registers_that_are_there(servos, fast)
             assert all(len(answer.data) == reading.length for answer in one._bus.ask(reading))
 
 
-def test_an_adapter_that_hears_itself_is_refused(servos):
-    send_only(servos, "echo")
-    with driver("dynamixel", servos) as one, pytest.raises(NotReady, match="the adapter echoes"):
-        one.open()
-
-
 def test_a_watchdog_that_is_known_to_fail_is_not_relied_upon(servos):
     send_only(servos, "set 0 2 1200")
     send_only(servos, "set 6 1 51")
@@ -313,14 +245,6 @@ def test_servos_that_are_not_there_are_named(servos):
         one.open()
     assert "servo 77 (joint6) did not answer at 4000000 bit/s; 10, 11, 12, 13, 14 did" in str(caught.value)
     assert "57600" in str(caught.value)
-
-
-def test_another_operating_mode_is_refused(servos):
-    with driver("dynamixel", servos, operating_mode="position") as one:
-        with pytest.raises(
-            NotReady, match=r"servo 10 .* operating mode 4, not 3 \(position\).*extended is 4"
-        ):
-            one.open()
 
 
 def test_in_position_mode_the_limits_of_the_servos_are_the_window(mirrors):
@@ -357,13 +281,6 @@ def test_the_unit_of_the_current_is_by_model_or_as_given(servos):
         assert "current" not in info.signals
         assert any("measure no current" in text for text in info.warnings)
         assert np.isnan(fresh(one).current).all()
-
-
-def test_a_line_that_cannot_carry_the_cycle_is_refused():
-    with pytest.raises(BadSettings, match="cycle of 1 ms is too short.*baudrate of 2000000"):
-        create("dynamixel", SETTINGS["dynamixel"]("/dev/x") | {"baudrate": 1_000_000, "cycle": 0.001}, arm())
-    with pytest.raises(BadSettings, match="two joints have the servo 3"):
-        create("dynamixel", SETTINGS["dynamixel"]("/dev/x") | {"ids": 3}, arm())
 
 
 def test_a_line_that_is_cut_is_lost():

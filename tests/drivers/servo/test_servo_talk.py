@@ -1,13 +1,14 @@
-"""Old answers, bytes that were not asked for, and silence, on a line that a test writes by hand."""
+"""A line that a test writes by hand: old answers, bytes that were not asked for, silence; and its rate."""
 
 import random
 
 import pytest
 
-from exidyn.drivers.errors import LinkLost
+from exidyn.drivers.errors import BadSettings, LinkLost
 from exidyn.drivers.feetech import packet as packets
 from exidyn.drivers.host_clock import HOST
 from exidyn.drivers.servo.servo_bus import LENGTHS, LOST, ServoBus, ServoTalk
+from exidyn.drivers.servo.servo_line import Traffic
 
 READINGS = [packets.sync_read(56 - more, 2 + more, (1, 2, 3)) for more in range(LENGTHS)]
 GOALS = b"goals"
@@ -121,12 +122,9 @@ def test_bytes_that_nobody_asked_for_are_reported_once(talk, line):
     assert second == (NO_ANSWERS, [])
 
 
-def test_answers_out_of_order_are_of_several_questions(talk, line):
-    assert exchange(talk, line, answers(1, (3, 1, 2)))[0] == NO_ANSWERS
-
-
-def test_a_servo_that_answers_twice_is_not_accepted(talk, line):
-    assert exchange(talk, line, answers(1, (1, 1, 2)))[0] == NO_ANSWERS
+@pytest.mark.parametrize("servos", [(3, 1, 2), (1, 1, 2), (1, 2, 9)])
+def test_answers_out_of_order_or_twice_or_of_somebody_else_are_not_accepted(talk, line, servos):
+    assert exchange(talk, line, answers(5, servos))[0] == NO_ANSWERS
 
 
 def test_a_servo_whose_answer_is_broken_costs_nobody_else_a_cycle(talk, line):
@@ -140,10 +138,6 @@ def test_a_silent_servo_leaves_the_others(talk, line):
     for turn in range(3):
         assert exchange(talk, line, answers(5, (1, 3), turn))[0] == [5, None, 5]
         assert exchange(talk, line, answers(5, (1, 3), turn))[0] == NO_ANSWERS  # it might come yet
-
-
-def test_an_answer_of_somebody_else_is_not_accepted(talk, line):
-    assert exchange(talk, line, answers(5, (1, 2, 9)))[0] == NO_ANSWERS
 
 
 def test_long_silence_is_a_lost_link(talk, line):
@@ -163,3 +157,27 @@ def test_whatever_comes_only_our_errors_are_raised(talk, line):
         except LinkLost:
             continue
         assert set(found) <= {3, None}
+
+
+SIX = Traffic(64, 126, 6)
+
+
+def test_every_byte_takes_ten_bits_and_every_answer_its_delay():
+    assert SIX.seconds(1_000_000) == pytest.approx(1.90e-3)
+    assert Traffic(64, 126, 6, 500e-6, 1e-3).seconds(4_000_000) == pytest.approx(0.475e-3 + 3e-3 + 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("baudrate", "cycle"), [(1_000_000, 0.0022), (2_000_000, 0.0011), (4_000_000, 0.0006)]
+)
+def test_the_shortest_cycle_leaves_the_computer_a_tenth(baudrate, cycle):
+    assert SIX.shortest_cycle(baudrate) == pytest.approx(cycle)
+
+
+def test_what_the_line_can_just_carry_is_taken():
+    Traffic(90, 90, 6).require_rate(0.002, 1_000_000, "")
+
+
+def test_what_it_cannot_carry_is_refused_with_numbers():
+    with pytest.raises(BadSettings, match="64 bytes out and 126 back.*1.90 ms.*cycle of 0.0022 s, or pray"):
+        SIX.require_rate(0.002, 1_000_000, "or pray")

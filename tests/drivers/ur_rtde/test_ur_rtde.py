@@ -10,7 +10,7 @@ import pytest
 from exidyn.drivers import Arm, Command, Driver, StopLevel, create
 from exidyn.drivers.errors import BadSettings, LinkLost, NotReady
 from exidyn.drivers.ur_rtde.program import UrSettings, program_text
-from exidyn.drivers.ur_rtde.state import STATE
+from exidyn.drivers.ur_rtde.session import STATE
 from exidyn.identification.recordings.align import follows_by
 from exidyn.identification.recordings.recording import Signal
 

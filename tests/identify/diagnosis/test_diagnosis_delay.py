@@ -10,8 +10,8 @@ from exidyn.identification.diagnosis.candidates.time_delay import delays
 from exidyn.identification.diagnosis.runs.driven import Driven
 from exidyn.identification.diagnosis.runs.rows import CLOCKS
 from exidyn.identification.errors import NotRecorded
+from exidyn.identification.preparation.filters import earlier
 from exidyn.identification.preparation.prepare import ABOVE, REST, Filtering
-from exidyn.identification.preparation.undelayed import earlier
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.servo_error import LAW
 

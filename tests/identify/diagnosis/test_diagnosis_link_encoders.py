@@ -8,7 +8,7 @@ import pytest
 from exidyn.identification.diagnosis.candidates.joint_elasticity import of_stiffness
 from exidyn.identification.diagnosis.search.problem import Problem
 from exidyn.identification.diagnosis.search.search import search
-from exidyn.identification.measurements.twist import bent
+from exidyn.identification.measurements.gears import bent
 from exidyn.identification.simulation.plant.gears import link_size
 
 from ...parts.small.small_search import TICK, names, problem, record, spring_search

@@ -58,11 +58,16 @@ def brute(prediction, left_out, more=None, held=None):
     return values, columns
 
 
+def rows_of(pieces):
+    """Rows of each block."""
+    return [np.flatnonzero(pieces.number == block) for block in range(len(pieces))]
+
+
 def errors(prediction, more=None, held=None):
     """Of each block and joint, predicted by a fit without it, and the predictions (r, n)."""
     given, pieces = prediction.rows, prediction.blocks
     found, text = np.zeros((len(pieces), JOINTS)), np.zeros_like(given.difference)
-    for block, own in enumerate(pieces.rows):
+    for block, own in enumerate(rows_of(pieces)):
         values, columns = brute(prediction, block, more, held)
         text[own] = columns[own] @ values
         found[block] = np.sum(given.weight[own] * (given.difference[own] - text[own]) ** 2, axis=0)
@@ -105,7 +110,7 @@ def test_every_block_is_predicted_with_a_candidate_as_a_fit_without_it_does(case
     np.testing.assert_allclose(answer.predicted, before, rtol=1e-5)
     effect, noise = with_it - without, 1.0 / prediction.weighting.variance
     share = prediction.weighting.independent
-    for block, own in enumerate(pieces.rows):
+    for block, own in enumerate(rows_of(pieces)):
         counts = share * given.weight[own].sum(axis=0)
         sound = np.array(
             [
@@ -191,7 +196,7 @@ def test_a_coefficient_of_one_sign_is_twice_as_probable():
 
 def test_runs_held_out_are_predicted_and_not_fitted():
     given, pieces, _ = system(5)
-    own = pieces.rows[HELD_OUT[0]]
+    own = rows_of(pieces)[HELD_OUT[0]]
     other = given.difference.copy()
     other[own] += 50.0
     before, after = predicted(given, pieces), predicted(replace(given, difference=other), pieces)
@@ -208,7 +213,7 @@ def test_a_gain_is_of_fitted_blocks_and_those_held_out_judge_it():
     assert answer.gain == pytest.approx(float(answer.gains[pieces.fitted].sum()) + answer.relief)
     assert not contradicted(answer)
     # Where the runs held out have less of it than none, they contradict it.
-    own = pieces.rows[HELD_OUT[0]]
+    own = rows_of(pieces)[HELD_OUT[0]]
     contrary = given.difference.copy()
     contrary[own, 1] -= 3.0 * pair[1].values[own, 0, 0]
     [against] = ask(predicted(replace(given, difference=contrary), pieces), [pair])
@@ -247,10 +252,19 @@ def test_noise_of_each_joint_weighs_its_rows():
     assert np.std(errors_of) < 2.0 * 0.1 / np.sqrt(count)
 
 
-def run(seconds, role="identify", rate=100.0):
-    decimation = SimpleNamespace(output_rate=rate)
+def run(seconds, role="identify", rate=100.0, position=None, payload=""):
+    """A run of as many rows, whose motion does not repeat unless positions (r, n) say so."""
+    count = round(seconds * rate)
+    motion = SimpleNamespace(
+        position=np.random.default_rng(count).normal(size=(count, 2)) if position is None else position,
+        payload=payload,
+    )
     return SimpleNamespace(
-        rows=round(seconds * rate), role=role, prepared=SimpleNamespace(decimation=decimation)
+        rows=count,
+        role=role,
+        prepared=SimpleNamespace(decimation=SimpleNamespace(output_rate=rate)),
+        motion=motion,
+        centres=np.arange(count),
     )
 
 
@@ -258,14 +272,15 @@ def test_no_block_spans_two_runs_and_every_row_is_in_one():
     runs = [run(7.3), run(12.1), run(3.9, "validate")]
     found = Blocks.of(runs, "validate")
     edges = np.cumsum([0, *(one.rows for one in runs)])
-    for piece in found.rows:
-        assert np.searchsorted(edges, piece.start, "right") == np.searchsorted(edges, piece.stop - 1, "right")
-    for block, piece in enumerate(found.rows):
-        assert np.all(found.number[piece] == block)
     assert len(found.number) == edges[-1]
-    inside = [piece.start >= edges[2] for piece in found.rows]
-    assert found.fitted.tolist() == [not one for one in inside]
-    assert 0 < sum(inside) < len(found)
+    assert np.all(np.diff(found.number) >= 0)
+    held_out = []
+    for rows_of_block in rows_of(found):
+        of_run = np.searchsorted(edges, rows_of_block, "right")
+        assert np.all(of_run == of_run[0])
+        held_out.append(of_run[0] == 3)
+    assert found.fitted.tolist() == [not one for one in held_out]
+    assert 0 < sum(held_out) < len(found)
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ import pinocchio as pin
 import pytest
 from scipy import signal
 
-from exidyn.identification.arm.tangent import tangent
+from exidyn.identification.arm.motion import tangent
 from exidyn.identification.diagnosis.candidates import backlash, contact_event, joint_elasticity
 from exidyn.identification.diagnosis.questions.block_answer import CERTAIN_ODDS
 from exidyn.identification.diagnosis.runs.driven import Driven, Unloaded
-from exidyn.identification.measurements.twist import bent, loose
+from exidyn.identification.measurements.gears import bent, loose
 from exidyn.identification.preparation.filters import Decimation
 from exidyn.identification.simulation.plant import Plant, Transmission
 

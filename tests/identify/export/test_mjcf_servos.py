@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identification.arm.servo_law import ServoLaw
+from exidyn.identification.arm.robot import ServoLaw
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export.mjcf_servos import with_controller, with_motors, with_servo_law
 from exidyn.identification.robot_files.mjcf_drives import servo_law

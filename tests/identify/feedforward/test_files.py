@@ -8,8 +8,7 @@ import pinocchio as pin
 import pytest
 
 from exidyn.api import save_feedforward
-from exidyn.identification.arm.robot import Robot
-from exidyn.identification.arm.servo_law import ServoLaw
+from exidyn.identification.arm.robot import Robot, ServoLaw
 from exidyn.identification.dynamics.dynamics import Dynamics
 from exidyn.identification.dynamics.program import writable
 from exidyn.identification.effects import EFFECTS, RigidBody

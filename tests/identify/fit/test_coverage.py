@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exidyn.identification.fit.estimators import consistent, maximum_likelihood, weighted
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.least_squares import given_nominal
 
 from ...parts.small.two_joints import GAIN, coloured, equations
 

@@ -9,9 +9,13 @@ from exidyn.identification.fit.estimators import ESTIMATORS, consistent, literal
 from exidyn.identification.fit.estimators.compressed import Compressed, solve
 from exidyn.identification.fit.estimators.consistent import pseudo_inertia, square, triangle
 from exidyn.identification.fit.estimators.covariance import sandwich
-from exidyn.identification.fit.estimators.least_squares import residual, weighted_solution
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
-from exidyn.identification.fit.estimators.prior import finite_tolerance, prior
+from exidyn.identification.fit.estimators.least_squares import (
+    finite_tolerance,
+    given_nominal,
+    prior,
+    residual,
+    weighted_solution,
+)
 
 from ...parts.small.two_joints import GAIN, coloured, equations, white
 
@@ -110,7 +114,7 @@ def test_covariance_of_white_noise_is_that_of_least_squares(system):
 
 def brute_force_sandwich(jacobian, residual, system, lags=60):
     """Bread and meat by their definitions, with the exact autocovariance of tests.two_joints.coloured."""
-    from ..preparation.test_noise import exact_autocovariance
+    from .test_colored_noise import exact_autocovariance
 
     gamma = exact_autocovariance(lags) * np.outer(GAIN, GAIN)
     counts = system.weight.sum(axis=0)
@@ -176,7 +180,7 @@ def test_gram_with_known_colour_is_the_double_sum():
 
     from exidyn.identification.fit.estimators.covariance import _colored_gram
 
-    from ..preparation.test_noise import exact_autocovariance
+    from .test_colored_noise import exact_autocovariance
 
     known = exact_autocovariance(12)
     gamma = np.zeros((121, 2, 2))

@@ -1,4 +1,4 @@
-"""Motions that are too poor are named, and what they cannot show is not forced to zero."""
+"""Motions that are too poor or repeated are named, with the motion that would help."""
 
 from dataclasses import replace
 
@@ -9,14 +9,17 @@ from exidyn.identification.effects import Prior
 from exidyn.identification.errors import NotExcited
 from exidyn.identification.fit.base_parameters import base_parameters
 from exidyn.identification.fit.estimators import Estimate, weighted
-from exidyn.identification.fit.fit_warnings import SMALLEST, WORST, excitation_warnings
+from exidyn.identification.fit.fit_warnings import SMALLEST, WORST, excitation_warnings, repeated_motions
 from exidyn.identification.fit.identification import priors_away_from_zero, solvable
 from exidyn.identification.fit.settled_gains import unsupported
 from exidyn.identification.preparation.filters import Decimation
-from exidyn.identification.preparation.noise import quantization
+from exidyn.identification.preparation.prepare import prepare
+from exidyn.identification.preparation.spectra import quantization
+from exidyn.identification.recordings.recording import Recording, Signal
 
 from ...parts.small import two_joints
 from ...parts.small.small_fit import other_run
+from ...parts.small.two_joints import model, motion, true_values
 
 pytestmark = pytest.mark.numerical
 
@@ -77,3 +80,35 @@ def test_the_resolution_of_a_current_is_a_floor_of_its_noise():
     made = decimation.apply(rounded - exact).std(axis=0)
     np.testing.assert_allclose(quantization(rounded, decimation), made, rtol=0.1)
     assert np.all(quantization(np.ones((100, 2)), decimation) == 0.0)
+
+
+RATE = 200.0
+
+
+def sixteen_seconds(name, seed=0, start=0.0, payload=""):
+    """Sixteen seconds of a motion, recorded from some time on, with its own noise."""
+    noise = np.random.default_rng(len(name))
+    whole = motion(int(20 * RATE), seed, rate=RATE)
+    rows = slice(int(start * RATE), int((start + 16) * RATE))
+    torque = model().torque(whole, true_values(model()))[rows]
+    at = whole.position[rows] + 1e-4 * noise.normal(size=(rows.stop - rows.start, 2))
+    time = np.arange(len(at)) / RATE
+    signals = {"position": Signal(time, at), "torque": Signal(time, torque)}
+    prepared = prepare(Recording(name=name, model=model(), signals=signals))
+    return replace(prepared, motion=replace(prepared.motion, payload=payload))
+
+
+@pytest.mark.parametrize("start", [0.0, 1.337])
+def test_the_same_motion_again_proves_little(start):
+    [warning] = repeated_motions([sixteen_seconds("first")], [sixteen_seconds("again", start=start)])
+    assert warning.startswith("again repeats the motion of first")
+
+
+def test_another_motion_and_the_same_with_a_payload_are_new():
+    assert (
+        repeated_motions(
+            [sixteen_seconds("first")],
+            [sixteen_seconds("other", seed=1), sixteen_seconds("loaded", payload="L")],
+        )
+        == []
+    )

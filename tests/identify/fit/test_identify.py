@@ -9,7 +9,7 @@ import pytest
 from exidyn.identification.effects import Payload
 from exidyn.identification.errors import NotExcited, RecordingError, RobotError
 from exidyn.identification.fit.estimators import ESTIMATORS
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal
+from exidyn.identification.fit.estimators.least_squares import given_nominal
 from exidyn.identification.fit.identification import identify
 from exidyn.identification.preparation.prepare import prepare
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal

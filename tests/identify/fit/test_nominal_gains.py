@@ -1,13 +1,16 @@
-"""What the tolerance of nominal gains does to an estimate is what other gains would have made of it."""
+"""What the tolerance of nominal gains does to an estimate, and that a value without weight does nothing."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from exidyn.identification.fit.estimators import maximum_likelihood, weighted
-from exidyn.identification.fit.estimators.nominal_gains import given_nominal, slope
+from exidyn.identification.fit.estimators import consistent, maximum_likelihood, weighted
+from exidyn.identification.fit.estimators.least_squares import given_nominal, slope
+from exidyn.identification.robot_files.robot_file import parse_model
+from exidyn.identification.robot_files.robot_text import model_text
 
+from ...parts.small import two_joints
 from ...parts.small.two_joints import GAIN, equations, white
 
 STEP = 1e-4
@@ -53,3 +56,24 @@ def test_nominal_gains_are_not_estimated_and_unstated_ones_have_no_tolerance(sys
     estimate = weighted(replace(system, gain=np.ones(2)))
     assert not np.any(estimate.gain_std)
     assert estimate.nominal_gains
+
+
+def test_a_nominal_value_without_weight_changes_nothing():
+    given, _ = two_joints.equations(payload=True)
+    given = two_joints.white(given, np.array([0.01, 0.01]))
+    own = np.array([parameter.name[:2] in ("Fv", "Fc", "Of") for parameter in given.base.parameters])
+    tolerance = np.where(own, np.inf, 0.05 * np.maximum(np.abs(given.nominal), 0.1))
+    estimates = [
+        consistent(replace(given, nominal=np.where(own, value, given.nominal), tolerance=tolerance))
+        for value in (0.0, 20.0)
+    ]
+    apart = np.abs(estimates[0].values - estimates[1].values)
+    assert np.all(apart < 0.01 * estimates[0].std)
+
+
+def test_a_row_without_values_reads_as_no_prior_and_back():
+    text = model_text(two_joints.model())
+    assert 'name = "viscous_friction"' in text
+    priors = dict(zip(parse_model(text).names, parse_model(text).priors, strict=True))
+    for name in ("Fv1", "Fv2", "Fc1", "Off2"):
+        assert (priors[name].value, priors[name].std) == (0.0, np.inf)

@@ -8,8 +8,7 @@ import pytest
 from exidyn.identification.effects import Payload
 from exidyn.identification.fit.fit_file import read_fit, write_fit
 from exidyn.identification.fit.identification import identify
-from exidyn.identification.fit.repeatability import SURE
-from exidyn.identification.fit.run_parts import SHORTEST
+from exidyn.identification.fit.repeatability import SHORTEST, SURE
 from exidyn.identification.recordings.recording import KnownPayload, Signal
 from exidyn.identification.simulation.simulate import Sensors, simulate
 

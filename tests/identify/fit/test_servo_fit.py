@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exidyn.identification.fit.servo_fit import identify_servos
-from exidyn.identification.fit.servo_runs import ServoRun
+from exidyn.identification.fit.servo_fit import ServoRun, identify_servos
 from tests.parts.servo_arms import ARM, log, real_arm
 
 mujoco = pytest.importorskip("mujoco", minversion="4.0")

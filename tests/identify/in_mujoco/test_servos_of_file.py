@@ -7,8 +7,7 @@ import pytest
 
 from exidyn.identification.arm.robot import PositionServo
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
-from exidyn.identification.fit.servo_fit import identify_servos
-from exidyn.identification.fit.servo_runs import ServoRun
+from exidyn.identification.fit.servo_fit import ServoRun, identify_servos
 from exidyn.identification.in_mujoco.distances import Judge
 from exidyn.identification.in_mujoco.gap import gap
 from exidyn.identification.in_mujoco.joint_numbers import (

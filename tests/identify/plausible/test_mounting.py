@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.arm.derivatives import differentiate
-from exidyn.identification.arm.motion import Motion
+from exidyn.identification.arm.motion import Motion, differentiate
 from exidyn.identification.arm.rigid_regressor import rigid_regressor
 from exidyn.identification.effects.rigid_body import inertial_parameters
 from exidyn.identification.plausible.change import with_gravity

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from exidyn.identification.preparation.cutoffs import (
+from exidyn.identification.preparation.spectra import (
     LOWEST,
     accelerations,
     motion_band,
     noise_crossing,
+    noise_spectra,
     nominal_inertia,
     position_cutoff,
-    spectra,
 )
 
 from ...parts.small.two_joints import GAIN, model
@@ -32,11 +32,11 @@ def noise(size, like, seed=0):
 
 def test_spectra_are_those_of_known_noise():
     white = noise(0.2, np.zeros((50_000, 2)))
-    frequency, density, floor = spectra(white, RATE)
+    frequency, density, floor = noise_spectra(white, RATE)
     assert np.trapezoid(density[:, 0], frequency) == pytest.approx(0.04, rel=0.03)
     np.testing.assert_allclose(floor, 0.04 / (0.5 * RATE), rtol=0.05)
     still = sines(0.2, 0.4)
-    _, _, floor = spectra(still + noise(1e-6, still), RATE)
+    _, _, floor = noise_spectra(still + noise(1e-6, still), RATE)
     np.testing.assert_allclose(floor, 1e-12 / (0.5 * RATE), rtol=0.1)
     still = sines(4.0)
     frequency, density, _ = accelerations(still, RATE)

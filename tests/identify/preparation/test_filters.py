@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from exidyn.identification.arm.derivatives import differentiate
+from exidyn.identification.arm.motion import differentiate
 from exidyn.identification.preparation.filters import Decimation, low_pass, uniform
 
 pytestmark = pytest.mark.numerical

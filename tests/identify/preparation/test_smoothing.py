@@ -6,8 +6,8 @@ from scipy import signal
 
 from exidyn.identification.effects import Hysteresis
 from exidyn.identification.fit.identification import common_filtering
-from exidyn.identification.preparation.cutoffs import recorded_band
 from exidyn.identification.preparation.prepare import Filtering
+from exidyn.identification.preparation.spectra import recorded_band
 from exidyn.identification.recordings.recording import Recording, Signal
 
 from ...parts.small.two_joints import model, motion, true_values

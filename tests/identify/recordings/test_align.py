@@ -1,4 +1,4 @@
-"""Two recordings of one run, aligned."""
+"""Two recordings of one run, aligned, and by how much positions are behind commands."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 
 from exidyn.acquire.command_line import main
 from exidyn.identification.errors import DifferentRobot, RecordingError
-from exidyn.identification.recordings.align import align, aligned
+from exidyn.identification.recordings.align import align, aligned, follows_by
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import KnownPayload, Recording, Signal
 
@@ -138,3 +138,28 @@ def test_a_trace_is_imported_onto_the_clock_of_its_run(tmp_path, capsys):
     write_recording(wrong, tmp_path / "wrong.mcap")
     assert main([*given, "--align", str(tmp_path / "wrong.mcap")]) == 2
     assert "they are different runs" in capsys.readouterr().err
+
+
+TIME = np.arange(0.0, 8.0, 0.002)
+
+
+def way(time):
+    return np.column_stack([np.sin(2.0 * time), 0.3 * np.cos(5.0 * time) - 1.0])
+
+
+@pytest.mark.parametrize("latency", [0.004, 0.0343, 0.21])
+def test_it_is_found_beside_noise_a_steady_distance_and_gaps(latency):
+    noise = 1e-4 * np.random.default_rng(0).standard_normal((len(TIME), 2))
+    position = way(TIME - latency) + noise + [0.02, -0.01]
+    position[500:520] = np.nan
+    rows = np.delete(np.arange(len(TIME)), slice(1000, 1400))
+    found = follows_by(Signal(TIME, way(TIME)), Signal(TIME[rows], position[rows]))
+    assert found == pytest.approx(latency, abs=2e-4)
+
+
+def test_it_is_unknown_at_rest_and_without_commands():
+    rest = Signal(TIME, np.ones((len(TIME), 2)))
+    assert np.isnan(follows_by(rest, rest))
+    assert np.isnan(follows_by(Signal(TIME[:1], way(TIME[:1])), rest))
+    assert np.isnan(follows_by(Signal(TIME, way(TIME)), Signal(TIME, np.full((len(TIME), 2), np.nan))))
+    assert np.isnan(follows_by(Signal(TIME, way(TIME)), Signal(TIME, way(TIME - 0.5))))

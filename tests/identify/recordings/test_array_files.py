@@ -9,7 +9,7 @@ import scipy.io
 from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile
 from exidyn.identification.recordings.importers import import_source, read_tables
 
-from ...parts.runs.runs import TIME, model, motion, noise
+from ...parts.runs.runs import TIME, model, motion, noise, require
 
 ARRAYS = {"t": TIME, "q": motion(), "i": noise(), "gear": np.array([100.0, -50.0]), "note": "free"}
 
@@ -65,9 +65,9 @@ def test_arrays_are_columns_named_by_their_place(tmp_path, name, in_process):
     [found] = import_source(tmp_path / name, model(), degrees=True, units={"time": "ms"})
     assert found.name == name.partition(".")[0]
     assert set(found.signals) == {"position", "current"}
-    np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-15)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, position=motion(), atol=1e-15)
+    require(found, time=TIME, atol=1e-9)
+    require(found, current=noise())
 
 
 def test_structures_and_groups(tmp_path, in_process):
@@ -75,7 +75,7 @@ def test_structures_and_groups(tmp_path, in_process):
     scipy.io.savemat(tmp_path / "run.mat", {"log": inner, "cells": np.array(["a", "b"], dtype=object)})
     columns = {"time": "log.time", "position": "log.arm.pos", "current": ["log.arm.amps1", "log.arm.amps2"]}
     [found] = import_source(tmp_path / "run.mat", model(), columns=columns)
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, current=noise())
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["log/time"], file["log/arm/pos"], file["log/arm/amps"] = TIME, motion(), noise()
@@ -83,7 +83,7 @@ def test_structures_and_groups(tmp_path, in_process):
         file["log/self"] = file["log"]
     columns = {"time": "log/time", "position": "log/arm/pos", "current": "log/arm/amps{number}"}
     [found] = import_source(tmp_path / "run.h5", model(), columns=columns)
-    assert np.array_equal(found.signals["position"].values, motion())
+    require(found, position=motion())
 
 
 def test_records_and_dates(tmp_path, in_process):
@@ -95,8 +95,8 @@ def test_records_and_dates(tmp_path, in_process):
     np.savez(tmp_path / "run.npz", run=rows)
     columns = {"time": "run.t", "position": "run.q{number}", "current": "run.i{number}"}
     [found] = import_source(tmp_path / "run.npz", model(), columns=columns)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-6)
-    assert np.array_equal(found.signals["current"].values, noise().astype("f4"))
+    require(found, time=TIME, atol=1e-6)
+    require(found, current=noise().astype("f4"))
 
 
 @pytest.mark.parametrize("name", WRITERS)

@@ -6,7 +6,7 @@ import pytest
 from exidyn.identification.errors import BadTime, BadUnit, NotAFile, NotFinite, RecordingError, WrongShape
 from exidyn.identification.recordings.importers import import_source
 
-from ...parts.runs.runs import TIME, model, motion, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, require, table
 
 
 @pytest.mark.parametrize(
@@ -30,8 +30,7 @@ def test_a_table_with_usual_names(tmp_path, name, separator):
 )
 def test_a_table_named_by_joint(tmp_path, header):
     [found] = import_source(table(tmp_path / "run.csv", header, motion(), noise()), model())
-    assert np.array_equal(found.signals["position"].values, motion())
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, position=motion(), current=noise())
 
 
 def test_a_table_with_mapped_names(tmp_path):
@@ -40,7 +39,7 @@ def test_a_table_with_mapped_names(tmp_path):
     )
     columns = {"time": "ms", "position": ["A1", "A2"], "current": "J_{joint}_amps"}
     [found] = import_source(path, model(), columns=columns, units={"time": "ms"})
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, current=noise())
     np.testing.assert_allclose(found.signals["current"].time, TIME, atol=1e-9)
 
 
@@ -49,12 +48,11 @@ def test_degrees_and_motor_side_become_the_joint(tmp_path):
     header = "t,q1,q2,tau1,tau2"
     path = table(tmp_path / "run.csv", header, np.degrees(motion()) * gears, noise() / gears)
     [found] = import_source(path, model(gear_ratio=gears), degrees=True, motor_side=True)
-    np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-12)
-    np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-12)
+    require(found, position=motion(), torque=noise(), atol=1e-12)
     path = table(tmp_path / "run.csv", header, motion(), noise() / gears)
     [found] = import_source(path, model(gear_ratio=gears), motor_side=["torque"])
-    assert np.array_equal(found.signals["position"].values, motion())
-    np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-12)
+    require(found, position=motion())
+    require(found, torque=noise(), atol=1e-12)
 
 
 def test_rows_are_skipped_and_stamps_begin_at_zero(tmp_path):
@@ -62,7 +60,7 @@ def test_rows_are_skipped_and_stamps_begin_at_zero(tmp_path):
     position = 0.5 * np.sin(np.outer(time, [3.0, 4.0]))
     path = table(tmp_path / "run.csv", "t,q1,q2,i1,i2", position, noise(), time=time)
     [found] = import_source(path, model())
-    np.testing.assert_allclose(found.signals["position"].time, time - time[0], atol=1e-9)
+    require(found, time=time - time[0], atol=1e-9)
     assert float(found.settings["first_time_stamp_s"]) == time[0]
     time = TIME.copy()
     time[0] = 3000.0
@@ -84,7 +82,7 @@ def test_samples_and_joints_that_are_silent_stay_silent(tmp_path):
     path.write_text("\n".join(lines))
     [found] = import_source(path, model())
     assert len(found.signals["temperature"]) == 1
-    assert np.array_equal(found.signals["position"].values, motion())
+    require(found, position=motion())
 
 
 @pytest.mark.parametrize(
@@ -115,8 +113,7 @@ def test_decimal_commas_between_semicolons(tmp_path):
     path = table(tmp_path / "run.csv", "t;q1;q2;i1;i2", motion(), noise(), separator=";")
     path.write_text(path.read_text().replace(".", ","))
     [found] = import_source(path, model())
-    assert np.array_equal(found.signals["position"].values, motion())
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, position=motion(), current=noise())
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])
@@ -125,8 +122,7 @@ def test_a_table_without_names(tmp_path, separator):
     np.savetxt(path, np.column_stack([TIME, motion(), noise()]), "%.17g", separator)
     columns = {"time": "1", "position": ["2", "3"], "current": ["4", "5"]}
     [found] = import_source(path, model(), columns=columns)
-    assert np.array_equal(found.signals["position"].values, motion())
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, position=motion(), current=noise())
     with pytest.raises(WrongShape, match="no column of time .* among 1, 2, 3, 4, 5; name it"):
         import_source(path, model())
 
@@ -136,7 +132,7 @@ def test_text_in_a_column_that_no_signal_uses_is_left_out(tmp_path):
     lines = path.read_text().splitlines()
     path.write_text("\n".join([lines[0], *(f"{line.rpartition(',')[0]},running" for line in lines[1:])]))
     [found] = import_source(path, model())
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, current=noise())
     with pytest.raises(WrongShape, match="line 2: 'running' in column 'state' is not a number"):
         import_source(path, model(), columns={"time": "state"})
 

@@ -10,7 +10,7 @@ from exidyn.identification.recordings.importers import import_source, read_table
 
 from ...parts.runs import bags
 from ...parts.runs.bags import sent
-from ...parts.runs.runs import TIME, model, motion, noise
+from ...parts.runs.runs import TIME, model, motion, noise, require
 
 MOTORS = """std_msgs/Header header
 own_msgs/Motor[2] motor_state
@@ -23,9 +23,8 @@ float32 tau_est
 
 def require_usual(path, **options):
     [recording] = import_source(path, model(), **options)
-    np.testing.assert_allclose(recording.signals["position"].values, motion(), atol=1e-8)
-    np.testing.assert_allclose(recording.signals["torque"].values, noise(), atol=1e-8)
-    np.testing.assert_allclose(recording.signals["position"].time, TIME, atol=1e-6)
+    require(recording, position=motion(), torque=noise(), atol=1e-8)
+    require(recording, time=TIME, atol=1e-6)
     return recording
 
 
@@ -111,9 +110,7 @@ def test_fields_of_own_messages_are_columns(tmp_path, stamped):
     [recording] = import_source(path, model())
     assert set(recording.signals) == {"position", "torque"}
     assert len(recording.signals["position"]) == 300
-    np.testing.assert_allclose(
-        recording.signals["torque"].values, [message.effort for message in messages], atol=1e-6
-    )
+    require(recording, torque=[message.effort for message in messages], atol=1e-6)
     [degrees] = import_source(path, model(), degrees=True, columns={"torque": "motor_state.tau_est"})
     np.testing.assert_allclose(
         np.degrees(degrees.signals["position"].values), recording.signals["position"].values, atol=1e-6

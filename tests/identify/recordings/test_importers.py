@@ -1,6 +1,5 @@
 """Which importer reads what."""
 
-import numpy as np
 import pytest
 
 from exidyn.identification.errors import ExidynError, NotAFile, UnknownKey
@@ -8,7 +7,7 @@ from exidyn.identification.recordings.importers import IMPORTERS, import_source
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.recording import Recording, Signal
 
-from ...parts.runs.runs import TIME, model, motion, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, require, table
 
 
 @pytest.mark.parametrize("name", IMPORTERS)
@@ -51,14 +50,14 @@ def test_an_own_file_is_read_as_it_is(tmp_path):
     signals = {"position": Signal(TIME, motion()), "current": Signal(TIME, noise())}
     write_recording(Recording("run", model(), signals), tmp_path / "run.mcap")
     [found] = import_source(tmp_path / "run.mcap")
-    assert np.array_equal(found.signals["current"].values, noise())
+    require(found, current=noise())
 
 
 def test_joints_are_named_one_each(tmp_path):
     path = table(tmp_path / "run.csv", "t,a_q,b_q,a_i,b_i", motion(), noise())
     columns = {"position": "{joint}_q", "current": "{joint}_i"}
     [found] = import_source(path, model(), columns=columns, joints=["b", "a"])
-    assert np.array_equal(found.signals["position"].values, motion()[:, ::-1])
+    require(found, position=motion()[:, ::-1])
     for joints in ("a", ["a", "b", "c"]):
         with pytest.raises(ExidynError, match=r"--joints\): \d names, but small has 2 joints"):
             import_source(path, model(), columns=columns, joints=joints)

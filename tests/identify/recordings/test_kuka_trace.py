@@ -10,7 +10,7 @@ from exidyn.identification.errors import NotAFile, RecordingError, WrongShape
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 
-from ...parts.runs.runs import TIME, model, motion, noise
+from ...parts.runs.runs import TIME, model, motion, noise, require
 
 
 def trace(
@@ -97,7 +97,7 @@ def test_kuka_interpolator_alone_gives_commands_at_its_own_rate(tmp_path):
     [found] = import_source(tmp_path / "Lauf 7_NextGenDrive#1.dat", model())
     assert found.signals["position"].period == pytest.approx(0.004)
     assert found.signals["command"].period == pytest.approx(0.012)
-    np.testing.assert_allclose(found.signals["command"].values, np.radians(position[::3]), atol=1e-12)
+    require(found, command=np.radians(position[::3]), atol=1e-12)
 
 
 def test_kuka_unknown_units_are_left_out_with_a_warning(tmp_path):
@@ -118,7 +118,7 @@ def test_kuka_data_cut_off_are_read_up_to_the_cut(tmp_path):
     position, *_ = write_traces(tmp_path, cut=6 * 8 * 20 + 3)
     [found] = import_source(tmp_path, model())
     assert found.signals["position"].values.shape == (179, 2)
-    np.testing.assert_allclose(found.signals["position"].values, np.radians(position[:179]), atol=1e-12)
+    require(found, position=np.radians(position[:179]), atol=1e-12)
     assert "Lauf 7_NextGenDrive#1.r64 ends abruptly: 179 of 200 samples are present" in found.warnings
 
 
@@ -146,7 +146,7 @@ def test_external_axes_are_kept_beside_the_arm(tmp_path):
     channels = [("Istposition", "mm", rail, 1.0, 0.0), ("Iststrom", "A", noise()[:, 0], 1.0, 0.0)]
     trace(tmp_path / "Lauf 7_NextGenDrive#7.dat", 0.004, channels)
     [found] = import_source(tmp_path, model())
-    np.testing.assert_allclose(found.signals["position"].values, np.radians(position), atol=1e-12)
+    require(found, position=np.radians(position), atol=1e-12)
     assert list(found.controller.words) == ["current E1", "position E1"]
     np.testing.assert_allclose(found.controller.of("position E1"), 1e-3 * rail, atol=1e-9)
     assert "external axes are kept, and not identified: current E1, position E1" in found.warnings

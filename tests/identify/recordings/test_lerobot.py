@@ -9,7 +9,7 @@ import pytest
 from exidyn.identification.errors import NotAFile, RecordingError, WrongShape
 from exidyn.identification.recordings.importers import import_source, kind_of
 
-from ...parts.runs.runs import model, motion, noise
+from ...parts.runs.runs import model, motion, noise, require
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -59,12 +59,12 @@ def test_episodes_are_runs(tmp_path, names, version):
             assert np.array_equal(run.signals[signal].values, values.astype("f4"))
         # Not rounded to single precision, as the data set's own time stamps are.
         time = np.rint(np.arange(200) / FPS * 1e9) / 1e9
-        assert np.array_equal(run.signals["position"].time, time)
+        require(run, time=time)
 
 
 def test_effort_may_be_current(tmp_path):
     run = import_source(write_data_set(tmp_path / "lift", None), model(), effort="current")[0]
-    assert np.array_equal(run.signals["current"].values, noise(2, 0).astype("f4"))
+    require(run, current=noise(2, 0).astype("f4"))
 
 
 @pytest.mark.parametrize("names", [[f"{name}.pos" for name in LEFT + RIGHT], [LEFT + RIGHT]])
@@ -73,9 +73,9 @@ def test_one_arm_of_two_is_chosen_by_its_joints(tmp_path, names):
     with pytest.raises(RecordingError, match=r"of 2 arms; choose one by --joints 'left_\{joint\}', --"):
         import_source(folder, model())
     run = import_source(folder, model(), joints="right_{joint}")[0]
-    assert np.array_equal(run.signals["position"].values, motion(4)[:, 2:].astype("f4"))
+    require(run, position=motion(4)[:, 2:].astype("f4"))
     crossed = import_source(folder, model(), joints=["right_axis2", "left_axis1"])[0]
-    assert np.array_equal(crossed.signals["torque"].values, noise(4, 0)[:, [3, 0]].astype("f4"))
+    require(crossed, torque=noise(4, 0)[:, [3, 0]].astype("f4"))
 
 
 def test_joints_that_are_not_there_are_listed(tmp_path):
@@ -83,7 +83,7 @@ def test_joints_that_are_not_there_are_listed(tmp_path):
     with pytest.raises(RecordingError, match="no joint 'axis1'. Valid joints: waist, elbow, gripper; name"):
         import_source(folder, model())
     run = import_source(folder, model(), joints=["elbow", "waist"])[0]
-    assert np.array_equal(run.signals["position"].values, motion(3)[:, 1::-1].astype("f4"))
+    require(run, position=motion(3)[:, 1::-1].astype("f4"))
     unnamed = write_data_set(tmp_path / "unnamed", None, joints=3)
     with pytest.raises(WrongShape, match="observation.state has 3 columns for 2 joints"):
         import_source(unnamed, model())

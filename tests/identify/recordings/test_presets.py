@@ -11,7 +11,7 @@ from exidyn.identification.errors import BadUnit, RecordingError, RobotError, Wr
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.tables.preset import preset_names, read_preset
 
-from ...parts.runs.runs import TIME, model, motion, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, require, table
 
 
 def write_rtde(path: Path, joints: int, **fields) -> Path:
@@ -44,16 +44,15 @@ def test_a_log_of_universal_robots(tmp_path):
     assert set(found.signals) == {"position", "velocity", "current", "command"}
     for name, values in zip(("position", "velocity", "current"), fields.values(), strict=True):
         assert np.array_equal(found.signals[name].values, values)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    require(found, time=TIME, atol=1e-9)
     assert found.settings["preset"] == "ur_rtde"
 
 
 def test_a_log_of_libfranka(tmp_path):
     [found] = import_source(write_libfranka(tmp_path / "log.csv"), model(7))
     assert set(found.signals) == {"position", "velocity", "torque", "command", "command_velocity"}
-    assert np.array_equal(found.signals["torque"].values, noise(7))
-    assert np.array_equal(found.signals["command_velocity"].values, noise(7, 2))
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    require(found, torque=noise(7), command_velocity=noise(7, 2))
+    require(found, time=TIME, atol=1e-9)
     assert found.settings["preset"] == "libfranka"
 
 
@@ -71,8 +70,7 @@ def test_columns_that_are_named_take_precedence(tmp_path):
     columns = {"current": "target_current_{index}", "position": ["actual_q_1", "actual_q_0"]}
     columns["current"] = ["target_current_0", "target_current_1"]
     [found] = import_source(path, model(), columns=columns)
-    assert np.array_equal(found.signals["position"].values, motion(6)[:, 1::-1])
-    assert np.array_equal(found.signals["current"].values, noise(6)[:, :2])
+    require(found, position=motion(6)[:, 1::-1], current=noise(6)[:, :2])
 
 
 PAGE = Path(__file__).parents[3] / "docs" / "import.md"
@@ -113,17 +111,17 @@ def test_an_own_preset(log, tmp_path, beside):
     (tmp_path / name).write_text(OWN)
     given = {} if beside else {"preset": tmp_path / name}
     [found] = import_source(log, model(), effort="current", **given)
-    np.testing.assert_allclose(found.signals["position"].values, motion() * [1, -1], atol=1e-12)
-    np.testing.assert_allclose(found.signals["current"].values, -1e-3 * noise(), atol=1e-15)
-    np.testing.assert_allclose(found.signals["temperature"].values, 26.85 + noise(seed=1), atol=1e-12)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    require(found, position=motion() * [1, -1], atol=1e-12)
+    require(found, current=-1e-3 * noise(), atol=1e-15)
+    require(found, temperature=26.85 + noise(seed=1), atol=1e-12)
+    require(found, time=TIME, atol=1e-9)
     assert found.settings["preset"] == str(tmp_path / name)
 
 
 def test_effort_is_torque_unless_it_is_said_to_be_current(log, tmp_path):
     (tmp_path / "preset.toml").write_text(OWN.replace('"mA"', '"N m"'))
     [found] = import_source(log, model())
-    assert np.array_equal(found.signals["torque"].values, -noise())
+    require(found, torque=-noise())
     with pytest.raises(BadUnit, match="current: unit 'N m'; valid: A, mA"):
         import_source(log, model(), effort="current")
     with pytest.raises(RecordingError, match="'power': valid are current, torque"):
@@ -156,7 +154,7 @@ def test_a_preset_has_scale_zero_and_unit_of_each_joint(tmp_path):
     )
     [found] = import_source(path, model())
     expected = motion()
-    np.testing.assert_allclose(found.signals["position"].values, expected, atol=1e-9)
+    require(found, position=expected, atol=1e-9)
     apart = found.signals["command"].values - expected  # commands have the units of positions
     np.testing.assert_allclose(
         apart, np.tile([2 * np.pi / 4096, -np.radians(1.0)], (len(TIME), 1)), atol=1e-9
@@ -167,8 +165,7 @@ def test_a_preset_of_units_alone_applies_them_to_the_usual_columns(tmp_path):
     path = table(tmp_path / "log.csv", "t,q1,q2,i1,i2,tau1,tau2", np.degrees(motion()), noise(), noise(2, 1))
     (tmp_path / "preset.toml").write_text('[position]\nunit = "deg"\n[current]\nunit = "mA"\n')
     [found] = import_source(path, model())
-    np.testing.assert_allclose(found.signals["position"].values, motion(), atol=1e-12)
-    np.testing.assert_allclose(found.signals["current"].values, 1e-3 * noise(), atol=1e-12)
+    require(found, position=motion(), current=1e-3 * noise(), atol=1e-12)
     assert "torque" not in found.signals  # the preset states that efforts are currents
 
 
@@ -197,7 +194,7 @@ def test_words_for_commands_may_stand_before_the_joint(tmp_path, word):
     names = [f"{prefix}_axis{k}" for prefix in ("q", "tau", word) for k in (1, 2)]
     path = table(tmp_path / "log.csv", ",".join(["t", *names]), motion(), noise(), motion() + 0.1)
     [found] = import_source(path, model())
-    np.testing.assert_allclose(found.signals["command"].values, motion() + 0.1)
+    require(found, command=motion() + 0.1, atol=0.0)
 
 
 def limited(lower, upper):
@@ -218,8 +215,7 @@ def test_positions_in_per_cent_of_travel(tmp_path, stated):
         (tmp_path / "preset.toml").write_text('[position]\ncolumn = "q"\nunit = ["%", "0-100 %"]\n')
         options = {}
     [found] = import_source(path, arm, **options)
-    np.testing.assert_allclose(found.signals["position"].values, position, atol=1e-9)
-    np.testing.assert_allclose(found.signals["command"].values, position, atol=1e-9)
+    require(found, position=position, command=position, atol=1e-9)
     endless = limited([-2.0, -np.inf], [3.0, np.inf])
     with pytest.raises(
         BadUnit, match="of joint 2 is a share of its travel, and the robot's description states"
@@ -264,8 +260,7 @@ def test_the_preset_of_the_page_can_be_pasted(tmp_path):
     numbers = np.degrees(motion()) / [1.0, 0.5] + [0.0, 12.5]
     path = table(tmp_path / "run.csv", header, numbers, 1e3 * noise(), time=1e3 * TIME)
     [found] = import_source(path, model())
-    np.testing.assert_allclose(found.signals["position"].values, motion() * [1, -1], atol=1e-12)
-    np.testing.assert_allclose(found.signals["current"].values, noise(), atol=1e-12)
+    require(found, position=motion() * [1, -1], current=noise(), atol=1e-12)
     assert all(f"`{name}`" in PAGE.read_text(encoding="utf-8") for name in preset_names())
 
 

@@ -8,7 +8,7 @@ from exidyn.acquire.command_line import REFUSED, main
 from exidyn.acquire.commands.info_command import LOST, target_of
 from exidyn.identification.errors import ExidynError
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
-from exidyn.identification.recordings.mcap.mcap_recover import recover
+from exidyn.identification.recordings.mcap.mcap_records import recover
 
 from ...parts.runs.recorded import cycle, end, event, head, record
 

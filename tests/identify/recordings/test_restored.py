@@ -1,4 +1,4 @@
-"""Turns and signs that a log lost, samples that repeat, and velocities of something else."""
+"""Turns and signs that a log lost, samples that repeat or saturate, and velocities of something else."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,10 @@ import pytest
 from exidyn.identification.recordings.misread_columns import signed, unwrapped
 from exidyn.identification.recordings.recording import Recording, Signal
 from exidyn.identification.recordings.recording_checks import check
+from exidyn.identification.recordings.restored_signals import saturated
 
 from ...parts.runs.logs import cobot_log
+from ...parts.runs.runs import require
 
 LOG = cobot_log()
 TIME = np.arange(2000) / 100.0
@@ -85,4 +87,35 @@ def test_an_effort_below_zero_throughout_is_restored_by_that_of_another_joint():
         "current": Signal(LOG.time, 0.01 * (counts % 65536)),
     }
     checked = check(Recording("log", LOG.model, signals))
-    np.testing.assert_allclose(checked.signals["current"].values, 0.01 * counts, atol=1e-6)
+    require(checked, current=0.01 * counts, atol=1e-6)
+
+
+SECONDS = np.arange(0.0, 20.0, 0.01)
+CRESTS = np.sin(2.0 * SECONDS) + 0.3 * np.sin(5.0 * SECONDS)
+
+
+@pytest.mark.parametrize("step", [1e-6, 1e-4])
+def test_positions_that_a_register_holds_are_known_from_crests(step):
+    measured = step * np.round(CRESTS / step)
+    assert not saturated(measured).any()
+    held = saturated(np.clip(measured, -2.0, 1.0))
+    assert np.array_equal(held, measured >= 1.0)
+
+
+def test_an_arm_that_rests_at_the_end_of_its_range_is_not_clipped():
+    rest = np.concatenate([np.zeros(300), 0.5 - 0.5 * np.cos(SECONDS[:314]), np.ones(300)])
+    assert not saturated(rest).any()
+
+
+def test_they_are_left_out_with_a_warning():
+    log = cobot_log()
+    position = np.array(log.position)
+    limit = float(np.percentile(position[:, 1], 90))
+    clipped = position[:, 1] > limit
+    position[:, 1] = np.minimum(position[:, 1], limit)
+    run = Recording(
+        "log", log.model, {"position": Signal(log.time, position), "current": Signal(log.time, log.current)}
+    )
+    found = check(run)
+    assert len(found.signals["position"]) == len(found.signals["current"]) == np.sum(~clipped)
+    assert any(text.startswith(f"position: joint2 is held at exactly {limit:g}") for text in found.warnings)

@@ -12,7 +12,7 @@ from exidyn.identification.errors import ExidynError, MissingPackage, NotAFile, 
 from exidyn.identification.recordings.importers import import_source, kind_of
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 
-from ...parts.runs.runs import TIME, model, motion, noise
+from ...parts.runs.runs import TIME, model, motion, noise, require
 
 pytestmark = pytest.mark.usefixtures("in_process")
 
@@ -52,11 +52,9 @@ def write_bag(
 def test_a_bag_is_read_by_the_names_of_the_joints(tmp_path, storage):
     write_bag(tmp_path / "bag", storage)
     [found] = import_source(tmp_path / "bag", model())
-    assert np.array_equal(found.signals["position"].values, motion())
-    assert np.array_equal(found.signals["torque"].values, noise())
-    assert np.array_equal(found.signals["current"].values, noise(seed=5))
+    require(found, position=motion(), torque=noise(), current=noise(seed=5))
     assert "velocity" not in found.signals
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-9)
+    require(found, time=TIME, atol=1e-9)
     assert found.host_time[0] == 1_700_000_000_000_000_000
     assert found.signals["current"].time[0] == 500e-9
 
@@ -66,14 +64,13 @@ def test_a_file_that_has_lost_its_metadata_is_read(tmp_path):
     [file] = (tmp_path / "bag").glob("*.db3")
     assert np.array_equal(import_source(file, model())[0].signals["position"].values, motion())
     [found] = import_source(file.rename(tmp_path / "run.db3"), model())
-    assert np.array_equal(found.signals["position"].values, motion())
-    assert np.array_equal(found.signals["torque"].values, noise())
+    require(found, position=motion(), torque=noise())
 
 
 def test_a_bag_without_stamps_takes_those_of_the_host(tmp_path):
     write_bag(tmp_path / "bag", "mcap", stamped=False)
     [found] = import_source(tmp_path / "bag", model())
-    np.testing.assert_allclose(found.signals["position"].time, TIME + np.arange(200) % 7 * 1e-6, atol=1e-9)
+    require(found, time=TIME + np.arange(200) % 7 * 1e-6, atol=1e-9)
 
 
 def test_a_bag_with_velocities_only_is_refused(tmp_path):

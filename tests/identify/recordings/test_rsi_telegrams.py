@@ -8,7 +8,7 @@ import pytest
 from exidyn.identification.errors import BadTime, NotAFile, NotRecorded, RecordingError
 from exidyn.identification.recordings.importers import import_source, kind_of
 
-from ...parts.runs.runs import model
+from ...parts.runs.runs import model, require
 
 CYCLE, COUNT = 4, 400
 """Milliseconds between telegrams, and telegrams of a run."""
@@ -39,8 +39,8 @@ def write(path, lines, between="\n"):
 
 
 def require_whole(recording, signal="current"):
-    np.testing.assert_allclose(recording.signals["position"].time, TIME, atol=1e-9)
-    np.testing.assert_allclose(recording.signals["position"].values, np.radians(ANGLES), atol=1e-6)
+    require(recording, time=TIME, atol=1e-9)
+    require(recording, position=np.radians(ANGLES), atol=1e-6)
     np.testing.assert_allclose(recording.signals[signal].values, AMPERES, atol=1e-4)
     assert recording.warnings == ()
 
@@ -130,7 +130,7 @@ def test_commands_and_a_rail_are_read(tmp_path):
     lines = [telegram(k, more=rail + f"<ASPos {attributes(ANGLES[k] + 1.0)}/>") for k in range(COUNT)]
     path = write(tmp_path / "rsi.log", lines)
     [found] = import_source(path, model(6))
-    np.testing.assert_allclose(found.signals["command"].values, np.radians(ANGLES + 1.0), atol=1e-6)
+    require(found, command=np.radians(ANGLES + 1.0), atol=1e-6)
     names = ["E1", "A1", "A2", "A3", "A4", "A5", "A6"]
     [found] = import_source(path, model(7), joints=names)
     np.testing.assert_allclose(found.signals["position"].values[:, 0], np.radians(250.0))
@@ -142,6 +142,4 @@ def test_the_axes_of_a_smaller_robot_are_asked_for(tmp_path):
     with pytest.raises(RecordingError, match=r"6 axes \(A1, .*\), small has 2 joints. .* --joints A1,A2"):
         import_source(path, model(2))
     [found] = import_source(path, model(2), joints=["A2", "A3"], sign=[1, -1])
-    np.testing.assert_allclose(
-        found.signals["position"].values, np.radians(ANGLES[:, 1:3]) * [1, -1], atol=1e-6
-    )
+    require(found, position=np.radians(ANGLES[:, 1:3]) * [1, -1], atol=1e-6)

@@ -12,6 +12,7 @@ from exidyn.identification.recordings.recording import Signal
 from exidyn.identification.recordings.recording_checks import check
 from exidyn.identification.robot_files.robot_file import model_text
 
+from ...parts.runs.runs import require
 from ...parts.small.two_joint_files import run, write
 
 RUN = run("run")
@@ -115,7 +116,7 @@ def test_what_cannot_be_is_a_warning_in_a_recording_and_an_error_elsewhere(folde
     write_recording(wrong, folder / "run.mcap")
     found = read_recording(folder / "run.mcap")
     assert any(text.startswith(warning) for text in found.warnings)
-    assert np.array_equal(found.signals["position"].values, wrong.signals["position"].values)
+    require(found, position=wrong.signals["position"].values)
 
 
 @pytest.mark.parametrize(("change", "left"), [(infinite, 4999), (twice, 4999), (back, 4875)])

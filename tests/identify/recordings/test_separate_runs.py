@@ -1,11 +1,13 @@
-"""Runs that follow each other in one file."""
+"""Runs that follow each other in one file, and what is said of time that does not go on."""
 
 import numpy as np
 import pytest
 
+from exidyn.identification.errors import BadTime
 from exidyn.identification.recordings.importers import import_source
+from exidyn.identification.recordings.time_order import Remedy, advice, steps_back
 
-from ...parts.runs.runs import TIME, model, motion, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, require, table
 
 HEADER = "t,q1,q2,i1,i2"
 
@@ -37,7 +39,7 @@ def test_each_run_is_a_recording(tmp_path, start, between, words):
     assert [run.name for run in runs] == ["log_1", "log_2"]
     for number, run in enumerate(runs, 1):
         assert f"{words}: this is run {number} of 2 in the file" in run.warnings
-        np.testing.assert_allclose(run.signals["position"].time, TIME, atol=1e-9)
+        require(run, time=TIME, atol=1e-9)
         np.testing.assert_allclose(
             np.sort(run.signals["position"].values - number + 1, 0), np.sort(motion(), 0)
         )
@@ -49,3 +51,49 @@ def test_a_recorder_may_begin_several_times_or_once(tmp_path):
     assert "time begins anew at line 202; time begins anew at line 402" in runs[0].warnings[0]
     [run] = import_source(table(tmp_path / "log.csv", HEADER, motion(), noise()), model())
     assert (run.name, run.warnings) == ("log", ())
+
+
+STAMPS = 0.004 * np.arange(1000)
+MOTION = np.column_stack([np.sin(3 * STAMPS), np.cos(2 * STAMPS)])
+
+
+def mixed(every):
+    """Rows of zeros of another source behind each so many, at the time of the row before."""
+    places = np.arange(every, 1000, every)
+    return np.insert(STAMPS, places, STAMPS[places - 1]), np.insert(MOTION, places, 0.0, axis=0)
+
+
+@pytest.mark.parametrize("every", [1, 2, 3, 10])
+def test_two_sources_are_told_by_values_that_jump_away_and_back(every):
+    assert advice(*mixed(every)).startswith("Rows of two sources seem mixed")
+
+
+def test_advice_by_what_the_stamps_show():
+    time, values = mixed(1)
+    time[1::2] += 5.0
+    assert advice(time, values).startswith("Rows of two sources")
+    time = STAMPS.copy()
+    time[7::7] = time[6::7][: len(time[7::7])]
+    assert len(steps_back(time)) == 142
+    assert advice(time, MOTION).startswith("Leave out the 142 rows")  # sorted, they would repeat too
+    assert advice(np.tile(STAMPS, 2), np.concatenate([MOTION, MOTION[::-1]])) == Remedy.CUT.value
+    assert (
+        advice(np.tile(STAMPS, 5), np.tile(MOTION, (5, 1)) + np.repeat(np.arange(5), 1000)[:, None])
+        == Remedy.CUT.value
+    )
+    time = STAMPS.copy()
+    time[0] = 3.0
+    assert advice(time[1:], MOTION[1:]) == Remedy.SORT.value
+    time[:3] = 0.0
+    assert advice(time, MOTION).startswith("Leave out the first 2 rows")
+    assert advice(0.0 * STAMPS, MOTION) == Remedy.ALL_EQUAL.value
+
+
+def test_import_says_so_of_a_table(tmp_path):
+    """Rows of zeros without effort behind every second one, as of a publisher that knows no arm."""
+    rows = []
+    for k, row in enumerate(np.column_stack([TIME, motion(), noise()])):
+        rows += [row, [row[0], 0.0, 0.0, np.nan, np.nan]] if k % 2 else [row]
+    np.savetxt(tmp_path / "run.csv", rows, delimiter=",", header="t,q1,q2,i1,i2", comments="")
+    with pytest.raises(BadTime, match="does not increase at 100 of 299 steps, .*two sources seem mixed"):
+        import_source(tmp_path / "run.csv", model())

@@ -1,4 +1,4 @@
-"""Logs of position servos without current: their error takes its place."""
+"""Logs of position servos without current: their error takes its place, unless the commands are none."""
 
 from dataclasses import replace
 
@@ -13,10 +13,17 @@ from exidyn.identification.preparation.prepare import Filtering
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.mcap.mcap_file import read_recording, write_recording
 from exidyn.identification.recordings.recording import Recording, Signal
-from exidyn.identification.recordings.servo_error import LAW, delayed_command, servo_words, with_servo_error
+from exidyn.identification.recordings.servo_error import (
+    LAW,
+    delayed_command,
+    no_commands,
+    servo_words,
+    with_servo_error,
+)
 from exidyn.identification.recordings.tables.written import columns_of
 from exidyn.identification.robot_files.robot_file import model_text, parse_model
 
+from ...parts.runs.runs import require
 from ...parts.small.two_joint_files import NOMINAL
 
 
@@ -29,7 +36,7 @@ def test_what_is_left_to_the_command_stands_for_the_current(tmp_path):
     ):
         import_source(log, NOMINAL)
     [run] = import_source(log, NOMINAL, effort="command", servo_gain=10.0, servo_limit=3.0)
-    np.testing.assert_allclose(run.signals["current"].values, np.tile([0.2, -3.0], (100, 1)), atol=1e-12)
+    require(run, current=np.tile([0.2, -3.0], (100, 1)), atol=1e-12)
     assert "command" in run.signals
     assert run.settings["effort"] == "servo error [rad] x 10, at most 3"
 
@@ -68,10 +75,10 @@ def test_the_robots_file_says_that_drives_are_servos(tmp_path):
     log = tmp_path / "log.csv"
     np.savetxt(log, rows, delimiter=",", header="t,q1,q2,q_ref1,q_ref2", comments="")
     [run] = import_source(log, servo_arm())
-    np.testing.assert_allclose(run.signals["current"].values, np.tile([0.2, 0.4], (400, 1)), atol=1e-12)
+    require(run, current=np.tile([0.2, 0.4], (400, 1)), atol=1e-12)
     assert run.settings["effort"] == "servo error [rad] x 2, at most 0.3, inf"
     [stiff] = import_source(log, servo_arm(), servo_gain=8.0)
-    np.testing.assert_allclose(stiff.signals["current"].values, np.tile([0.3, 1.6], (400, 1)), atol=1e-12)
+    require(stiff, current=np.tile([0.3, 1.6], (400, 1)), atol=1e-12)
 
 
 def test_a_recorded_run_without_current_is_read_by_them_and_exported_as_it_was(tmp_path):
@@ -81,7 +88,7 @@ def test_a_recorded_run_without_current_is_read_by_them_and_exported_as_it_was(t
     path = tmp_path / "run.mcap"
     write_recording(Recording("run", servo_arm(), signals), path)
     run = read_recording(path)
-    np.testing.assert_allclose(run.signals["current"].values, np.tile([0.2, 0.4], (400, 1)), atol=1e-9)
+    require(run, current=np.tile([0.2, 0.4], (400, 1)), atol=1e-9)
     assert "i1" not in columns_of(run)
     # A real current is left alone.
     write_recording(Recording("run", servo_arm(), signals | {"current": command}), path)
@@ -127,3 +134,26 @@ def test_a_replay_gives_commands_when_the_servos_received_them():
 def test_wrong_servos_are_refused(keys, words):
     with pytest.raises(RobotError, match=words):
         parse_model(model_text(NOMINAL).replace("[drive]\n", f"[drive]\n{keys}\n"))
+
+
+TIME = np.arange(0.0, 10.0, 0.02)
+POSITION = np.round(np.stack([np.sin(1.7 * TIME), np.cos(2.9 * TIME)], axis=1), 4)
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2, 10])
+def test_copied_positions_are_no_commands(samples):
+    copied = POSITION[np.minimum(np.arange(len(TIME)) + samples, len(TIME) - 1)]
+    words = {0: "are the positions:", 1: "of the next sample"}.get(samples, f"{samples} samples later")
+    assert words in no_commands(copied, POSITION)
+
+
+def test_steps_are_no_commands():
+    steps = np.diff(POSITION, axis=0, append=POSITION[-1:])
+    assert "look like steps" in no_commands(steps, POSITION)
+    assert "look like steps" in no_commands(50.0 * steps, POSITION)
+
+
+@pytest.mark.parametrize("error", [1e-3, 0.1])
+def test_commands_that_a_servo_follows_are_commands(error):
+    ahead = np.stack([np.sin(1.7 * (TIME + 0.02)), np.cos(2.9 * (TIME + 0.02))], axis=1)
+    assert not no_commands(ahead + error * np.sin(7.0 * TIME)[:, None], POSITION)

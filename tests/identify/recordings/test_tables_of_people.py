@@ -7,7 +7,7 @@ from exidyn.identification.errors import BadUnit, NotFinite, WrongShape
 from exidyn.identification.recordings.importers import import_source
 from exidyn.identification.recordings.tables.table import read_csv
 
-from ...parts.runs.runs import TIME, model, motion, noise, table
+from ...parts.runs.runs import TIME, model, motion, noise, require, table
 
 USUAL = "t,q1,q2,tau1,tau2"
 
@@ -27,9 +27,8 @@ def rows(separator=",", decimal=".", time=TIME, scale=1.0):
 
 def require_usual(found, degrees=False):
     expected = np.radians(motion()) if degrees else motion()
-    np.testing.assert_allclose(found.signals["position"].values, expected, atol=1e-8)
-    np.testing.assert_allclose(found.signals["torque"].values, noise(), atol=1e-8)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-6)
+    require(found, position=expected, torque=noise(), atol=1e-8)
+    require(found, time=TIME, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -69,17 +68,15 @@ def test_a_row_of_units_is_applied(tmp_path, skip):
     names = USUAL.replace(",", ";")
     text = "\n".join([names, "ms;deg;deg;mNm;mNm", *rows(";", ",", 1e3 * TIME)])
     found = run_of(tmp_path / "run.csv", text, skip_rows=skip)
-    np.testing.assert_allclose(found.signals["position"].values, np.radians(motion()), atol=1e-8)
-    np.testing.assert_allclose(found.signals["torque"].values, 1e-3 * noise(), atol=1e-8)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-6)
+    require(found, position=np.radians(motion()), torque=1e-3 * noise(), atol=1e-8)
+    require(found, time=TIME, atol=1e-6)
 
 
 def test_units_in_names_are_applied_and_a_preset_is_stronger(tmp_path):
     text = "\n".join(["time_ms,q1 [deg],q2 [deg],i1_mA,i2_mA", *rows(",", ".", 1e3 * TIME)])
     found = run_of(tmp_path / "run.csv", text)
-    np.testing.assert_allclose(found.signals["position"].values, np.radians(motion()), atol=1e-8)
-    np.testing.assert_allclose(found.signals["current"].values, 1e-3 * noise(), atol=1e-8)
-    np.testing.assert_allclose(found.signals["position"].time, TIME, atol=1e-6)
+    require(found, position=np.radians(motion()), current=1e-3 * noise(), atol=1e-8)
+    require(found, time=TIME, atol=1e-6)
     (tmp_path / "preset.toml").write_text('[position]\ncolumn = "q{number} [deg]"\nunit = "rad"\n')
     np.testing.assert_allclose(run_of(tmp_path / "run.csv").signals["position"].values, motion(), atol=1e-8)
 
@@ -87,7 +84,7 @@ def test_units_in_names_are_applied_and_a_preset_is_stronger(tmp_path):
 def test_a_unit_of_another_quantity_is_a_warning_and_per_cent_is_asked_about(tmp_path):
     text = "\n".join(["t,q1,q2,tau1 [Nm],tau2 [Nm]", *rows()])
     found = run_of(tmp_path / "run.csv", text, columns={"current": ["tau1", "tau2"]})
-    np.testing.assert_allclose(found.signals["current"].values, noise(), atol=1e-8)
+    require(found, current=noise(), atol=1e-8)
     assert any("tau1 [Nm] is in Nm, which is no unit of A" in warning for warning in found.warnings)
     with pytest.raises(BadUnit, match=r"q1 \[%\] is in %, which does not say of what"):
         run_of(tmp_path / "run.csv", "\n".join(["t,q1 [%],q2 [%],tau1,tau2", *rows()]))
@@ -135,8 +132,7 @@ def test_rows_without_a_joint_are_left_out_and_counted(tmp_path, word):
     lines[80] = ",".join([lines[80].split(",")[0], *4 * [word]])
     found = run_of(tmp_path / "run.csv", "\n".join([USUAL, *lines]))
     kept = np.delete(np.arange(len(TIME)), [3, 4, 50, 80])
-    np.testing.assert_allclose(found.signals["torque"].values, noise()[kept], atol=1e-8)
-    np.testing.assert_allclose(found.signals["position"].values, np.delete(motion(), 80, axis=0), atol=1e-8)
+    require(found, torque=noise()[kept], position=np.delete(motion(), 80, axis=0), atol=1e-8)
     assert "torque: no number for axis2 in 3 of 200 rows; these 3 rows are left out" in found.warnings
 
 
@@ -184,7 +180,7 @@ def test_encodings_of_spreadsheets(tmp_path, encoding):
 def test_names_of_groups_and_twins_are_not_guessed(tmp_path):
     path = table(tmp_path / "run.csv", "t,q1,q2,tau1,tau2,q1", motion(), noise(), noise()[:, 0])
     found = run_of(path)
-    assert np.array_equal(found.signals["position"].values, motion())
+    require(found, position=motion())
     assert "position: two columns are called q1; the first is read, q1.1 is not" in found.warnings
     np.savez(tmp_path / "run.npz", **{f"{arm}/q": motion() for arm in ("left", "right")}, t=TIME, tau=noise())
     with pytest.raises(
@@ -192,7 +188,7 @@ def test_names_of_groups_and_twins_are_not_guessed(tmp_path):
     ):
         run_of(tmp_path / "run.npz")
     found = run_of(tmp_path / "run.npz", columns={"position": "right/q"})
-    assert np.array_equal(found.signals["position"].values, motion())
+    require(found, position=motion())
     arrays = {"arm/q": motion(), "arm/i": noise(), "ft/torque": noise(2, 1), "target/velocity": motion()}
     np.savez(tmp_path / "run.npz", time=TIME, **arrays)
     assert set(run_of(tmp_path / "run.npz").signals) == {"position", "current", "command_velocity"}

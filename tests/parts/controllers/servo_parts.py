@@ -5,7 +5,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from exidyn.drivers import Arm, Command, create
 
@@ -16,6 +15,8 @@ sys.path.append(str(Path(__file__).parents[2] / "peers"))
 import servo_units  # noqa: E402 - the peers' own, which are programs
 
 SETTINGS = {"dynamixel": servo_units.dynamixel_settings, "feetech": servo_units.feetech_settings}
+HELD = {"dynamixel": (("--torque", 1), ("set 9 1 0",)), "feetech": ((), ())}
+"""Command line with which each peer holds its arm, and what makes its registers as from the factory."""
 JOINTS = 6
 TURN = 2.0 * np.pi / 4096
 
@@ -28,17 +29,6 @@ def arm(joints=JOINTS):
 def peer(kind, *arguments, **options):
     TERMINALS.require()
     return Peer(f"{kind}_bus.py", *arguments, **options)
-
-
-def module_peer(kind, *arguments):
-    """A fixture of the peer, which runs as long as the tests of a module."""
-
-    @pytest.fixture(scope="module")
-    def process():
-        with peer(kind, *arguments) as running_peer:
-            yield running_peer
-
-    return process
 
 
 @contextmanager

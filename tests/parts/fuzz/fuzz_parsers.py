@@ -18,7 +18,7 @@ from exidyn.acquire.terminal.recording_text import describe, recording_table
 from exidyn.drivers.kuka_rsi.config import config_text, read_config, standard_config
 from exidyn.identification.fit.fit_file import read_fit
 from exidyn.identification.recordings.importers import import_source
-from exidyn.identification.recordings.mcap.mcap_recover import recover
+from exidyn.identification.recordings.mcap.mcap_records import recover
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.plans.plan_file import read_plan
 

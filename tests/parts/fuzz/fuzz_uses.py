@@ -7,8 +7,7 @@ from exidyn.acquire.files.result_files import read_result
 from exidyn.drivers.errors import LinkLost
 from exidyn.drivers.samples import ControllerSamples
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, Unpacked
-from exidyn.drivers.ur_rtde.session import MEASURED
-from exidyn.drivers.ur_rtde.state import FIELDS, STATE, obstacle, sample_of, slowed, state_of
+from exidyn.drivers.ur_rtde.session import FIELDS, MEASURED, STATE, obstacle, sample_of, slowed, state_of
 from exidyn.drivers.values import checked
 from exidyn.identification.export import FORMATS, Portable
 from exidyn.identification.fit.fit_file import read_fit

@@ -1,9 +1,10 @@
-"""A headless Chromium, driven through a pipe."""
+"""A headless Chromium, driven through a pipe; ports for the pages that it shows."""
 
 import base64
 import json
 import os
 import signal
+import socket
 import subprocess
 import time
 from contextlib import contextmanager
@@ -105,3 +106,15 @@ def wait_for(happens, seconds=60.0):
     while not (found := happens()) and time.monotonic() < end:
         time.sleep(0.1)
     return found
+
+
+def free_port():
+    """A port that is free just now, as is the next one."""
+    while True:
+        with socket.create_server(("127.0.0.1", 0)) as first:
+            port = first.getsockname()[1]
+            try:
+                socket.create_server(("127.0.0.1", port + 1)).close()
+                return port
+            except OSError:
+                continue

@@ -19,8 +19,7 @@ from mcap.writer import CompressionType, Writer
 
 from exidyn.acquire.files.result_files import write_diagnosis
 from exidyn.drivers.ur_rtde.rtde import DATA, OUTPUTS, Recipe, package
-from exidyn.drivers.ur_rtde.session import MEASURED
-from exidyn.drivers.ur_rtde.state import FIELDS
+from exidyn.drivers.ur_rtde.session import FIELDS, MEASURED
 from exidyn.identification.fit.fit_file import fit_text
 from exidyn.identification.recordings.mcap.mcap_file import write_recording
 from exidyn.identification.recordings.mcap.mcap_records import Contents, read_contents

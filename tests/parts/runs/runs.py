@@ -33,6 +33,17 @@ def noise(joints: int = 2, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=(len(TIME), joints))
 
 
+def require(recording, atol: float | None = None, **expected: np.ndarray) -> None:
+    """Signals by name, and the `time` of the positions, are as expected: exactly, or to a tolerance."""
+    for name, values in expected.items():
+        signal = recording.signals["position" if name == "time" else name]
+        actual = signal.time if name == "time" else signal.values
+        if atol is None:
+            assert np.array_equal(actual, values), name
+        else:
+            np.testing.assert_allclose(actual, values, atol=atol, err_msg=name)
+
+
 def table(path: Path, header: str, *columns: np.ndarray, separator: str = ",", time=TIME) -> Path:
     rows = np.column_stack([time, *columns])
     lines = [header, *(separator.join(map(repr, row)) for row in rows.tolist())]

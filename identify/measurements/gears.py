@@ -1,16 +1,20 @@
-"""Twist: the angle by which a motor with recorded motion leads a link on its gear.
+"""Gears: joints whose link can move relative to its motor, by a twist.
 
 Motors are where their encoders measure. All links except one follow their motors; that one differs by a twist
 with the equation of row j of the arm: M_jj twist'' + d twist' + (K + dtau_j/dq_j) twist = load_j. The
 additional torque of all motors, compared with a rigid gear, is minus the links' torque for the twist.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arm.derivatives import differentiate
+from ..arm.motion import Tangent, differentiate
+from ..arm.robot import Robot
+from .measurement import Measurement, require
 
 CHUNK = 200
 """Number of rows converted to Python numbers at once."""
@@ -111,13 +115,100 @@ def loose(
     return Twist(value, rate, second)
 
 
-def resting(load: np.ndarray, play: float) -> Twist:
-    """Twist of a link that rests on the side of its load (t,) [N m]; `play` is half of the width [rad]."""
-    still = np.zeros(len(load))
-    return Twist(np.where(load < 0, -play, play), still, still)
-
-
 def _rows(values: np.ndarray, start: int) -> Iterator[list[float]]:
     """Rows of values (t, p) from `start` on as Python numbers, converted in chunks."""
     for first in range(start, len(values), CHUNK):
         yield from values[first : first + CHUNK].tolist()
+
+
+class Spring(NamedTuple):
+    """Gear in a simulated arm."""
+
+    stiffness: float  # [N m/rad]
+    damping: float  # [N m s/rad]
+    backlash: float = 0.0  # width of the play [rad]
+
+
+@dataclass(frozen=True)
+class Gear(Measurement, ABC):
+    """A gear that twists under load, while the position is measured at the motor."""
+
+    joint: str  # name of the joint
+
+    @abstractmethod
+    def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
+        """Angle by which the motor leads its link.
+
+        Args:
+            tangent: Derivatives of the links' torque along the motion.
+            load: Torque that a rigid gear would transmit, shape (t,) [N m].
+            joint: Index of the joint.
+            step: Sampling period [s].
+        """
+
+    @abstractmethod
+    def spring(self, inertia: float) -> Spring:
+        """Gear in a simulated arm, for a mean inertia of the link [kg m^2]."""
+
+    def check(self, robot: Robot) -> None:
+        super().check(robot)
+        robot.index(self.joint)
+
+
+@dataclass(frozen=True)
+class JointElasticity(Gear):
+    """A spring and a damper between motor and link, reflected to the joint: the link lags and oscillates."""
+
+    stiffness: float  # [N m/rad]
+    damping: float = 0.0  # [N m s/rad]
+
+    def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
+        weight, drag, inertia = tangent.own(joint)
+        return bent(inertia, self.damping + drag, self.stiffness + weight, load, step)
+
+    def spring(self, inertia: float) -> Spring:
+        return Spring(self.stiffness, self.damping)
+
+    def check(self, robot: Robot) -> None:
+        super().check(robot)
+        require("joint_elasticity", "stiffness", self.stiffness)
+        require("joint_elasticity", "damping", self.damping, above=False)
+
+
+TEETH = 40.0
+"""Resonance of a link on its teeth above which they count as rigid [Hz]: behind a low-pass of 25 Hz, their
+impacts look alike; softer teeth also bend under the load."""
+RATIO = 0.5
+"""Damping ratio of the teeth, including the drive that they push back [-]."""
+
+
+@dataclass(frozen=True)
+class Backlash(Gear):
+    """Play between two sides of the teeth: while they change sides, the link floats without its motor."""
+
+    gap: float  # full width of the play, at the joint [rad]
+    damping_ratio: float = RATIO  # damping ratio of the link on its teeth [-]
+    load_shift: float = 0.0  # true load minus the load of the model [N m]
+    resonance: float = TEETH  # resonance of the link on its teeth [Hz]
+
+    def twist(self, tangent: Tangent, load: np.ndarray, joint: int, step: float) -> Twist:
+        weight, drag, inertia = tangent.own(joint)
+        load, play = load + self.load_shift, 0.5 * self.gap
+        if not np.min(inertia) > 0.0:  # a link without positive inertia in the fit never floats
+            still = np.zeros(len(load))
+            return Twist(np.where(load < 0, -play, play), still, still)
+        on_teeth = None
+        if self.resonance < TEETH:
+            soft = self.spring(float(np.mean(inertia)))
+            on_teeth = bent(inertia, soft.damping + drag, soft.stiffness + weight, load, step)
+        teeth = min(self.resonance, 0.125 / step), self.damping_ratio
+        return loose(inertia, drag, weight, load, step, play, teeth, on_teeth)
+
+    def spring(self, inertia: float) -> Spring:
+        angular = 2 * np.pi * self.resonance
+        return Spring(inertia * angular**2, 2 * self.damping_ratio * inertia * angular, self.gap)
+
+    def check(self, robot: Robot) -> None:
+        super().check(robot)
+        for name in ("gap", "damping_ratio", "resonance"):
+            require("backlash", name, getattr(self, name))

@@ -1,0 +1,135 @@
+"""Laps of a repeated motion are left out together, and what repeats in their residual counts once."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from exidyn.identification.diagnosis.blocks.blocks import Blocks
+from exidyn.identification.diagnosis.blocks.prediction import Prediction
+from exidyn.identification.diagnosis.blocks.repeated_motion import first_rows
+from tests.parts.small.small_rows import RATE, rows
+
+SECONDS = 10.0
+"""Duration of a lap [s]."""
+
+
+def positions(laps, joints=2, seed=1, start=0.0):
+    """A periodic motion of several laps, with the error of a controller, shape (r, n) [rad]."""
+    random = np.random.default_rng(seed)
+    time = start + np.arange(round(laps * SECONDS * RATE)) / RATE
+    waves = 2 * np.pi * np.arange(1, 6) / SECONDS
+    amplitude, phase = random.normal(size=(2, 5, joints))
+    motion = np.sum(amplitude * np.sin(waves[:, None] * time[:, None, None] + phase), axis=1)
+    return motion + 0.003 * np.ptp(motion, axis=0) * np.sin(7.3 * time[:, None])
+
+
+def run(position, role="identify", payload=""):
+    return SimpleNamespace(
+        rows=len(position),
+        role=role,
+        prepared=SimpleNamespace(decimation=SimpleNamespace(output_rate=RATE)),
+        motion=SimpleNamespace(position=position, payload=payload),
+        centres=np.arange(len(position)),
+    )
+
+
+def test_each_lap_is_known_by_the_first_one():
+    first = first_rows([run(positions(3.5))])
+    lap = round(SECONDS * RATE)
+    np.testing.assert_allclose(first, np.arange(len(first)) % lap, atol=2)
+
+
+@pytest.mark.parametrize("start", [0.0, 4.0])
+def test_a_second_run_of_the_same_motion_is_known_by_the_first_one(start):
+    count = round(SECONDS * RATE)
+    first = first_rows([run(positions(1.0)), run(positions(0.6, start=start))])
+    expected = np.arange(round(0.6 * count)) + round(start * RATE)
+    np.testing.assert_allclose(first[count:], expected, atol=2)
+
+
+@pytest.mark.parametrize("other", [{"role": "validate"}, {"payload": "weight"}])
+def test_a_run_that_is_held_out_or_carries_a_payload_repeats_no_other_one(other):
+    first = first_rows([run(positions(1.0)), run(positions(1.0), **other)])
+    np.testing.assert_array_equal(first, np.arange(len(first)))
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        positions(1.0),
+        np.cumsum(np.random.default_rng(2).normal(size=(3000, 3)), axis=0),
+        np.zeros((500, 2)),
+        np.linspace(0.0, 1.0, 2000)[:, None] * [1.0, 2.0],
+        np.concatenate([positions(1.0), positions(1.0, seed=2)]),
+    ],
+    ids=["one lap", "no laps", "standstill", "one way", "two motions"],
+)
+def test_a_motion_that_does_not_repeat_has_one_lap(motion):
+    np.testing.assert_array_equal(first_rows([run(motion)]), np.arange(len(motion)))
+
+
+def test_joints_that_stand_still_do_not_hide_that_a_motion_repeats():
+    noise = 1e-5 * np.random.default_rng(3).normal(size=(3000, 1))
+    first = first_rows([run(np.hstack([positions(3.0), noise]))])
+    assert np.mean(first == np.arange(len(first))) == pytest.approx(1 / 3, abs=0.01)
+
+
+def test_blocks_of_several_laps_are_as_long_as_others():
+    motions = [positions(3.0), positions(1.0, seed=2), positions(2.0, seed=3)]
+    blocks = Blocks.of([run(motion) for motion in motions], "validate")
+    assert len(blocks) == 24
+    np.testing.assert_allclose(np.bincount(blocks.number) / RATE, blocks.seconds, rtol=0.1)
+
+
+def test_no_block_of_many_laps_is_shorter_than_a_residual_is_correlated():
+    short = np.concatenate([positions(1.0)[::10]] * 60)  # laps of a second
+    assert len(Blocks.of([run(short)], "validate")) == 3
+
+
+def predicted(laps, repeats=True):
+    """Prediction of a torque whose error repeats with the motion, or does not."""
+    position, random = positions(laps), np.random.default_rng(4)
+    error = random.normal(size=(len(position), 2))
+    if repeats:
+        error = error[np.arange(len(position)) % round(SECONDS * RATE)]
+    columns = np.sin(position[:, :, None] * [1.0, 2.0])
+    given = rows(columns @ [1.0, -2.0] + 0.1 * error, columns, np.full(2, np.inf))
+    return Prediction.of(given, Blocks.of([run(position)], "validate"), RATE)
+
+
+def test_a_block_is_predicted_without_any_of_its_laps():
+    prediction = predicted(3.0)
+    given, number = prediction.rows, prediction.blocks.number
+    for block in (0, 5, 11):
+        inside = number == block
+        weight = np.sqrt(prediction.weighting.weight[number[~inside]])
+        columns, torque = given.columns[~inside] * weight[:, :, None], given.difference[~inside] * weight
+        values = np.linalg.lstsq(columns.reshape(-1, 2), torque.ravel(), rcond=None)[0]
+        np.testing.assert_allclose(prediction.left_out[block], values, rtol=1e-6)
+        left = given.difference[inside] - given.columns[inside] @ values
+        np.testing.assert_allclose(prediction.left_out_residual[inside], left, atol=1e-8)
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_what_repeats_counts_once_and_noise_in_each_lap(repeats):
+    once, thrice = predicted(1.0), predicted(3.0, repeats)
+    evidence = [p.weighting.independent * p.sums.counts.sum(axis=0) for p in (once, thrice)]
+    np.testing.assert_allclose(evidence[1] / evidence[0], 1.0 if repeats else 3.0, rtol=0.15)
+    std = [np.sqrt(np.diag(p.covariance)) for p in (once, thrice)]
+    assert np.mean(std[1] / std[0]) == pytest.approx(1.0 if repeats else 3**-0.5, rel=0.3)
+
+
+def test_rows_are_arranged_and_put_back():
+    prediction = predicted(2.5)
+    sums, values = prediction.sums, np.random.default_rng(5).normal(size=(2, len(prediction.rows.difference)))
+    arranged = sums.arranged(values)
+    assert arranged.shape == (len(prediction.blocks), 2, sums.shape[1])
+    np.testing.assert_allclose(sums.in_sequence(arranged), values.T)
+    squares = np.square(values.T)
+    np.testing.assert_allclose(np.square(arranged).sum(axis=2), prediction.blocks.sums(squares))
+
+
+def test_the_same_motion_with_a_payload_is_no_lap():
+    blocks = Blocks.of([run(positions(1.0)), run(positions(1.0), payload="weight")], "validate")
+    assert np.all(np.bincount(blocks.first) == 1)
