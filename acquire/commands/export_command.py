@@ -10,7 +10,7 @@ import numpy as np
 
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
-from exidyn.identification.export.mjcf_changes import Change
+from exidyn.identification.export.changes import Change
 from exidyn.identification.export.mjcf_patch import Patch, patch
 from exidyn.identification.export.urdf_patch import patch_urdf
 from exidyn.identification.file_names import file_stem, read_failure, write_whole

@@ -7,7 +7,7 @@ from typing import Any
 from exidyn.identification.diagnosis.findings.finding import Hypothesis
 from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.errors import RobotError
-from exidyn.identification.export.mjcf_controller import with_motors
+from exidyn.identification.export.mjcf_servos import with_motors
 from exidyn.identification.file_names import read_failure, write_whole
 from exidyn.identification.fit.fit_file import write_fit
 from exidyn.identification.in_mujoco.answer import Answer

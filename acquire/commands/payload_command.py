@@ -32,10 +32,10 @@ from ..arguments.command import (
     Option,
     WrongUse,
     any_number,
+    name_lines,
     positive,
     refuse_with,
     refuse_without,
-    table_help,
 )
 from ..files.clearances import read_clearances
 from ..files.given_runs import read_runs
@@ -100,7 +100,7 @@ STAGES = {"read": 0.1, "units": 0.3, "filter": 0.1, "estimate": 0.35, "check": 0
         options.AS_RECORDED,
         Group("plan the motion instead", PLAN),
     ),
-    table_help("controllers", FORMATS),
+    name_lines("controllers", {name: form.title for name, form in FORMATS.items()}),
 )
 def payload_command(args: Namespace) -> Result:
     """Identify the payload and print it, or plan the motion for it."""

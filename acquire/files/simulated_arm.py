@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from exidyn.identification.arm.robot import Robot
 from exidyn.identification.errors import RobotError
-from exidyn.identification.export.mjcf_controller import with_controller
+from exidyn.identification.export.mjcf_servos import with_controller
 from exidyn.identification.in_mujoco.trial import Source
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.importers import IMPORTERS, import_source, kind_of

@@ -52,7 +52,6 @@ class Threshold:
     level: float  # score at the requested rate [-]
     alarms_per_hour: float  # requested rate of false alarms [1/h]
     hours: float  # duration of the runs from which it was computed [h]
-    tail: "Tail | None"  # distribution of the largest block maxima
 
     @classmethod
     def of(cls, runs: Sequence[Estimates], slow: np.ndarray, alarms_per_hour: float = 1.0) -> "Threshold":
@@ -78,18 +77,15 @@ class Threshold:
                 for j in range(len(slow))
             ]
         )
-        draft = cls(coefficients, slow, np.inf, alarms_per_hour, 0.0, None)
+        draft = cls(coefficients, slow, np.inf, alarms_per_hour, 0.0)
         maxima = np.concatenate([block_maxima(run.time, draft.score(run)) for run in runs])
         if len(maxima) < FEWEST:
             raise RecordingError(
                 f"contact: the runs without contact last {len(maxima) * BLOCK:g} s; at least "
                 f"{FEWEST * BLOCK:g} s are needed for a threshold"
             )
-        tail = Tail.of(maxima)
-        share = alarms_per_hour * BLOCK / HOUR
-        return cls(
-            coefficients, slow, tail.exceeded_by(share), alarms_per_hour, len(maxima) * BLOCK / HOUR, tail
-        )
+        level = Tail.of(maxima).exceeded_by(alarms_per_hour * BLOCK / HOUR)
+        return cls(coefficients, slow, level, alarms_per_hour, len(maxima) * BLOCK / HOUR)
 
     def scale(self, estimates: Estimates) -> np.ndarray:
         """Standard deviation of the residual without contact, shape (t, n) [N m]."""

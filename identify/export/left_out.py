@@ -1,11 +1,10 @@
 """The parts of a model that an export format leaves out, with their sizes."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import fields, replace
 
 import numpy as np
 
-from ..arm.motion import Motion
 from ..arm.robot import Robot
 from ..effects import Effect, name_of
 from ..fit.base_parameters import rich_motion
@@ -47,41 +46,31 @@ def _amounts(robot: Robot, values: np.ndarray, unit: str) -> str:
     return ", ".join(words) + (f" {units[0]}" if alike else "")
 
 
-def _of_each(part: str, name: str, title: str, unit: str) -> Callable[[Portable], Sequence[str]]:
+def _of_each(part: str, name: str, title: str, unit: str) -> Callable[[Portable], Iterator[str]]:
     """Function that describes a value of each joint, by the names of an attribute and of its field."""
 
-    def describe(portable: Portable) -> list[str]:
+    def describe(portable: Portable) -> Iterator[str]:
         values = getattr(getattr(portable, part), name)
-        return [f"{title}: {_amounts(portable.robot, values, unit)}"] if np.any(values) else []
+        if np.any(values):
+            yield f"{title}: {_amounts(portable.robot, values, unit)}"
 
     return describe
 
 
-def _gravity(portable: Portable) -> list[str]:
-    gravity = portable.robot.gravity
-    if np.allclose(gravity, EARTH):
-        return []
-    return [f"gravity: {', '.join(f'{g:g}' for g in gravity)} m/s^2 in the base frame"]
+def effect_sentences(model: Model, effects: Sequence[tuple[Effect, np.ndarray]]) -> Iterator[str]:
+    """One sentence for each effect with its parameters (p,): the largest torque within the limits.
 
-
-def _balancers(portable: Portable) -> list[str]:
-    return [
-        f"spring_balancer of {spring.joint}: {spring.stiffness:.4g} N/m, preload {spring.preload:.4g} N, "
-        f"d21 {spring.d21:g} m, d22 {spring.d22:g} m, phi {spring.phi:g} rad"
-        for spring in portable.balancers
-    ]
-
-
-def effect_sentences(model: Model, effects: Sequence[tuple[Effect, np.ndarray]]) -> list[str]:
-    """One sentence for each effect with its parameters (p,): the largest torque within the limits."""
-    motion, robot = _anywhere(model), model.robot
-    sentences = []
+    It is that of a random motion within the velocity limits, with random temperatures and the nominal load.
+    """
+    robot, motion = model.robot, rich_motion(model)
+    limit = robot.limits.velocity
+    fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
+    motion = model.loaded(replace(motion, velocity=np.clip(motion.velocity, -fastest, fastest)))
     for effect, values in effects:
         torque = effect.regressor(robot, motion) @ values + effect.known_torque(robot, motion)
         most = np.max(np.abs(torque), axis=0)
         words = f"{name_of(effect)}: up to {_amounts(robot, most, 'N m')}"
-        sentences.append(f"{words} ({', '.join(_numbers(effect, robot, values))})")
-    return sentences
+        yield f"{words} ({', '.join(_numbers(effect, robot, values))})"
 
 
 def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
@@ -92,13 +81,38 @@ def _numbers(effect: Effect, robot: Robot, values: np.ndarray) -> Iterator[str]:
         yield f"{name} {getattr(effect, name):.4g} {shape.unit}".removesuffix(" 1")
 
 
-def _measurements(portable: Portable) -> list[str]:
+def _bodies(portable: Portable) -> Iterator[str]:
+    bodies = zip(portable.robot.joints, list(portable.robot.kinematics.inertias)[1:], strict=True)
+    masses = ", ".join(f"{joint} {body.mass:.4g}" for joint, body in bodies)
+    yield f"kinematics and bodies; mass behind each joint: {masses} kg"
+
+
+def _gravity(portable: Portable) -> Iterator[str]:
+    gravity = portable.robot.gravity
+    if not np.allclose(gravity, EARTH):
+        yield f"gravity: {', '.join(f'{g:g}' for g in gravity)} m/s^2 in the base frame"
+
+
+def _reversal(portable: Portable) -> Iterator[str]:
+    joints = portable.joints
+    if np.any(joints.dry):
+        turning = _amounts(portable.robot, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
+        yield f"the velocity over which coulomb_friction reverses, by tanh: {turning}"
+
+
+def _balancers(portable: Portable) -> Iterator[str]:
+    for spring in portable.balancers:
+        yield (
+            f"spring_balancer of {spring.joint}: {spring.stiffness:.4g} N/m, preload {spring.preload:.4g} N, "
+            f"d21 {spring.d21:g} m, d22 {spring.d22:g} m, phi {spring.phi:g} rad"
+        )
+
+
+def _measurements(portable: Portable) -> Iterator[str]:
     """Effects between the arm and its recordings, with their numbers."""
-    sentences = []
     for measurement in portable.model.measurements:
         numbers = (f"{f.name} {_plain(getattr(measurement, f.name))}" for f in fields(measurement))
-        sentences.append(f"{measurement_name(measurement)}: {', '.join(numbers)}")
-    return sentences
+        yield f"{measurement_name(measurement)}: {', '.join(numbers)}"
 
 
 def _plain(value: object) -> str:
@@ -108,61 +122,32 @@ def _plain(value: object) -> str:
     return "of all" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _bodies(portable: Portable) -> list[str]:
-    kinematics = portable.robot.kinematics
-    masses = ", ".join(
-        f"{joint} {body.mass:.4g}"
-        for joint, body in zip(portable.robot.joints, list(kinematics.inertias)[1:], strict=True)
-    )
-    return [f"kinematics and bodies; mass behind each joint: {masses} kg"]
+def _gains(portable: Portable) -> Iterator[str]:
+    gain = portable.robot.drive_gain
+    if np.any(gain != 1.0) and not portable.robot.servo:
+        yield f"drive gains: {_amounts(portable.robot, gain, 'N m/A')}"
 
 
-def _law(portable: Portable) -> list[str]:
-    law = portable.servos
+def _law(portable: Portable) -> Iterator[str]:
+    robot, law = portable.robot, portable.servos
     if law is None:
-        return []
-    stiffness = _amounts(portable.robot, law.stiffness, "N m/rad")
-    sentence = f"position servos, torque over their error: {stiffness}"
+        return
+    sentence = f"position servos, torque over their error: {_amounts(robot, law.stiffness, 'N m/rad')}"
     if np.any(law.damping):
-        sentence += f"; damping: {_amounts(portable.robot, law.damping, 'N m s/rad')}"
+        sentence += f"; damping: {_amounts(robot, law.damping, 'N m s/rad')}"
     if np.any(np.isfinite(law.limit)):
         limit = np.where(np.isfinite(law.limit), law.limit, 0.0)
-        sentence += f"; saturation at {_amounts(portable.robot, limit, 'N m')}"
-    return [sentence]
+        sentence += f"; saturation at {_amounts(robot, limit, 'N m')}"
+    yield sentence
 
 
-def _anywhere(model: Model) -> Motion:
-    """Random motion within the velocity limits, with random temperatures and the nominal load."""
-    motion = rich_motion(model)
-    limit = model.robot.limits.velocity
-    fastest = np.where(np.isfinite(limit), limit, np.abs(motion.velocity).max(axis=0))
-    velocity = np.clip(motion.velocity, -fastest, fastest)
-    return model.loaded(replace(motion, velocity=velocity))
-
-
-def _reversal(portable: Portable) -> list[str]:
-    joints = portable.joints
-    if not np.any(joints.dry):
-        return []
-    turning = _amounts(portable.robot, np.where(joints.dry, joints.reversal, 0.0), "rad/s")
-    return [f"the velocity over which coulomb_friction reverses, by tanh: {turning}"]
-
-
-def _gains(portable: Portable) -> list[str]:
-    gain = portable.robot.drive_gain
-    if np.all(gain == 1.0) or portable.robot.servo:
-        return []
-    return [f"drive gains: {_amounts(portable.robot, gain, 'N m/A')}"]
-
-
-def _coupling(portable: Portable) -> list[str]:
+def _coupling(portable: Portable) -> Iterator[str]:
     coupling = portable.robot.coupling
-    if np.allclose(coupling, np.eye(len(coupling))):
-        return []
-    return ["coupling of motors and joints: torques are those of the joints, not of the motors"]
+    if not np.allclose(coupling, np.eye(len(coupling))):
+        yield "coupling of motors and joints: torques are those of the joints, not of the motors"
 
 
-FEATURES: dict[str, Callable[[Portable], Sequence[str]]] = {
+FEATURES: dict[str, Callable[[Portable], Iterable[str]]] = {
     "bodies": _bodies,
     "gravity": _gravity,
     "armature": _of_each("joints", "armature", "rotor_inertia", "kg m^2"),

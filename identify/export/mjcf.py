@@ -21,6 +21,7 @@ from ..arm.newton_euler import Joint, joints_of, link_frames
 from ..arm.robot import Robot
 from ..effects.simulator_terms import Spring
 from ..positive_definite import inverse
+from ..robot_files.mjcf_elements import JOINT_TERMS
 from ..robot_files.robot_text import SLENDERNESS, words
 from .portable import Portable
 
@@ -72,7 +73,10 @@ def _add_bodies(world: Element, portable: Portable) -> list[Element]:
         parent = bodies[joint.parent + 1]
         _add_capsule(parent, joint.placement.translation, radius)
         body = SubElement(parent, "body", {"name": frame.child, **_placement(joint.placement)})
-        _add_inertial(body, robot.kinematics.inertias[place + 1])
+        inertia = robot.kinematics.inertias[place + 1]
+        six = words(inertia.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
+        mass = repr(float(inertia.mass))
+        SubElement(body, "inertial", pos=words(inertia.lever), mass=mass, fullinertia=six)
         SubElement(body, "joint", _joint(portable, place, joint, soft[place]))
         bodies.append(body)
     _add_capsule(bodies[-1], robot.flange.translation, radius)
@@ -95,13 +99,6 @@ def _softness(portable: Portable) -> list[tuple[float, float]]:
     return softness
 
 
-def _add_inertial(body: Element, inertia: pin.Inertia) -> None:
-    about = inertia.inertia
-    six = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-    mass = repr(float(inertia.mass))
-    SubElement(body, "inertial", pos=words(inertia.lever), mass=mass, fullinertia=words(six))
-
-
 def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, float]) -> dict[str, str]:
     joints, limits = portable.joints, portable.robot.limits
     attributes = {"name": portable.robot.joints[place], "type": "hinge" if joint.revolute else "slide"}
@@ -109,19 +106,18 @@ def _joint(portable: Portable, place: int, joint: Joint, soft: tuple[float, floa
     bounds = np.array([limits.position_lower[place], limits.position_upper[place]])
     if np.all(np.isfinite(bounds)):
         attributes["range"] = words(bounds)
-    numbers = {"armature": joints.armature, "damping": joints.damping, "frictionloss": joints.dry}
-    attributes |= {name: repr(float(values[place])) for name, values in numbers.items() if values[place]}
+    attributes |= {
+        number.attribute: repr(float(value))
+        for term, number in JOINT_TERMS.items()
+        if (value := getattr(joints, term)[place])
+    }
     if joints.dry[place]:
         attributes |= {
             "solreffriction": words((soft[0], 1.0)),
             "solimpfriction": words((soft[1], soft[1], 1.0)),
         }
     if joints.stiffness[place]:
-        reference = -joints.constant[place] / joints.stiffness[place]
-        attributes |= {
-            "stiffness": repr(float(joints.stiffness[place])),
-            "springref": repr(float(reference)),
-        }
+        attributes["springref"] = repr(float(-joints.constant[place] / joints.stiffness[place]))
     return attributes
 
 

@@ -1,50 +1,25 @@
-"""Changed numbers in an MJCF, and edits that write them to its text."""
+"""Joint terms, bodies and gravity in the text of an MJCF: edits that write them, and the changed numbers."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from math import isclose
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from ..effects.rigid_body import body_inertia, inertial_parameters
 from ..errors import RobotError
 from ..model import Model
-from ..robot_files.mjcf import Part
-from ..robot_files.mjcf_names import disabled, name_of
+from ..robot_files.mjcf import Part, own_inertia
+from ..robot_files.mjcf_elements import JOINT_TERMS, disabled, name_of
+from .bodies import body_numbers, differ, fixed_share, number_changes, number_scales, robot_bodies
+from .changes import DIGITS, SAME, Change, Spread, changed_by, nearly_equal, number_words
 from .portable import Portable
-from .spread import Spread, changed_by
 from .xml_text import Edits, Elements, element_text
 
-TERMS = {
-    "armature": ("armature", "kg m^2"),
-    "damping": ("damping", "N m s/rad"),
-    "dry": ("frictionloss", "N m"),
-    "stiffness": ("stiffness", "N m/rad"),
-}
-"""Term of a joint -> attribute, and unit for revolute joints."""
-SAME = 1e-6
-"""Relative difference within which a number is unchanged: rounding in computation and in the file."""
 WHOLE = 1.05
 """Identified share of the weight that may still be all of it: torques are known to some percent."""
-DIGITS = 8
-"""Number of significant digits in the file."""
-
-
-class Change(NamedTuple):
-    """A changed number of the file."""
-
-    where: str  # element, such as "joint 'elbow'"
-    attribute: str  # attribute, such as "damping" or "pos x"
-    unit: str  # SI unit
-    old: float  # number in the file, or the one that MuJoCo computed from the file
-    new: float  # new number
-    half: float  # half of its 95 % interval; infinite if unknown
-    reason: str = ""  # why it changes, if it was not identified by itself
-
-    @property
-    def told_apart(self) -> bool:
-        """Whether the old number is outside the interval."""
-        return abs(self.new - self.old) > self.half
+OTHER_FORMS = ("quat", "axisangle", "euler", "xyaxes", "zaxis", "diaginertia")
+"""Attributes of an <inertial> that are alternatives to `fullinertia`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,35 +34,24 @@ class File:
     nominal: Model  # model of the robot that it describes
 
 
-def nearly_equal(old: float, new: float) -> bool:
-    """Whether two numbers are equal except for rounding."""
-    return isclose(old, new, rel_tol=SAME)
-
-
-def number_words(values: Iterable[float]) -> str:
-    """Text of numbers of one kind; those that are rounding errors of the largest are 0."""
-    numbers = np.array(list(values))
-    numbers[np.abs(numbers) < 10.0**-DIGITS * np.abs(numbers).max()] = 0.0  # rounding
-    return " ".join(f"{value:.{DIGITS}g}" for value in numbers)
-
-
 def joint_changes(file: File, portable: Portable, spread: Spread, edits: Edits) -> Iterator[Change]:
     """Write the terms of all joints, and yield the changes."""
     old, new, robot = Portable.of(file.nominal).joints, portable.joints, portable.robot
     for place, (joint, name) in enumerate(zip(file.joints, robot.joints, strict=True)):
-        tag, where = file.elements.joint(joint), f"joint '{name}'"
-        for term, (attribute, unit) in TERMS.items():
-            before, now = getattr(old, term)[place], getattr(new, term)[place]
-            if not nearly_equal(before, now):
-                of_joint = now - _of_actuator(file, joint, attribute, before)
-                if of_joint < 0.0 and now >= 0.0:
-                    raise RobotError(
-                        f"{file.where}: the actuator of joint '{name}' has more {attribute} than the "
-                        f"identified {now:.4g} of joint and actuator. Remove it from the actuator"
-                    )
-                edits.set(tag, **{attribute: number_words([of_joint])})
-                half = spread.half(place, term)
-                yield Change(where, attribute, robot.unit(place, unit), float(before), float(now), half)
+        tag, where = file.elements.tag("joint", joint), f"joint '{name}'"
+        for term, number in JOINT_TERMS.items():
+            before, now = float(getattr(old, term)[place]), float(getattr(new, term)[place])
+            if nearly_equal(before, now):
+                continue
+            of_joint = now - _of_actuator(file, joint, term, before)
+            if of_joint < 0.0 and now >= 0.0:
+                raise RobotError(
+                    f"{file.where}: the actuator of joint '{name}' has more {number.attribute} than the "
+                    f"identified {now:.4g} of joint and actuator. Remove it from the actuator"
+                )
+            edits.set(tag, **{number.attribute: number_words([of_joint])})
+            unit = robot.unit(place, number.unit)
+            yield Change(where, number.attribute, unit, before, now, spread.half(place, term))
         if stiffness := new.stiffness[place]:
             reference = -new.constant[place] / stiffness
             before = float(file.compiled.qpos_spring[file.compiled.jnt_qposadr[joint]])
@@ -99,18 +63,68 @@ def joint_changes(file: File, portable: Portable, spread: Spread, edits: Edits) 
                 yield Change(where, "springref", robot.unit(place, "rad"), before, float(reference), half)
 
 
-def _of_actuator(file: File, joint: int, attribute: str, total: float) -> float:
+def _of_actuator(file: File, joint: int, term: str, total: float) -> float:
     """Share of the actuator in the total armature or damping of a joint."""
-    if attribute not in ("armature", "damping"):
+    if term not in ("armature", "damping") or not total:
         return 0.0
-    of_joint = getattr(file.compiled, f"dof_{attribute}")[file.compiled.jnt_dofadr[joint]]
-    return float(total - of_joint) if total else 0.0
+    return total - JOINT_TERMS[term].read(file.compiled, file.compiled.jnt_dofadr[joint])
 
 
-def sizes(values: np.ndarray) -> np.ndarray:
-    """Scale of each of ten parameters, from the mass and its distance from the frame, shape (10,)."""
-    mass, squares = abs(values[9]), abs(values[0]) + abs(values[3]) + abs(values[5])
-    return np.array([squares] * 6 + [np.sqrt(mass * squares)] * 3 + [mass]) + np.finfo(float).tiny
+def body_changes(file: File, portable: Portable, spread: Spread, edits: Edits) -> Iterator[Change]:
+    """Write the bodies that joints move, see `bodies`, and yield the changes."""
+    new, old = robot_bodies(portable.robot), robot_bodies(file.nominal.robot)
+    largest = max(float(np.max(np.abs(new))), np.finfo(float).tiny)
+    for link in range(len(new)):
+        body = int(file.compiled.jnt_bodyid[file.joints[link]])
+        # The first of several joints of a body moves no mass of its own.
+        if not differ(old[link], new[link]) or file.parts[body].joint != link + 1:
+            continue
+        fixed = [
+            other
+            for other, part in enumerate(file.parts)
+            if part.joint == link + 1 and other != body and file.compiled.body_mass[other] > 0.0
+        ]
+        together = np.sum([np.zeros(10), *(_ten(file, other) for other in fixed)], axis=0)
+        share = fixed_share(old[link], new[link], together, largest)
+        for other in fixed if share < 1.0 else ():
+            yield from _changed(file, other, share * _ten(file, other), np.full(10, np.inf), edits)
+        constant, part = share * together, file.parts[body]
+        halves = spread.of_body(link, lambda ten: _numbers(ten - constant, part))  # noqa: B023
+        yield from _changed(file, body, new[link] - constant, halves, edits)
+
+
+def _changed(file: File, body: int, ten: np.ndarray, halves: np.ndarray, edits: Edits) -> Iterator[Change]:
+    """Write ten parameters of a body, in the frame of its joint, and yield the changes.
+
+    `halves` (10,) are the halves of the 95 % intervals of its numbers.
+    """
+    new, old = (_numbers(values, file.parts[body]) for values in (ten, _ten(file, body)))
+    words = {
+        "pos": number_words(new[1:4]), "mass": number_words(new[:1]), "fullinertia": number_words(new[4:])
+    }  # fmt: skip
+    tag = file.elements.tag("body", body)
+    inertial = next((child for child in tag.children if child.name == "inertial"), None)
+    if inertial is None:
+        edits.add_inside(tag, element_text("inertial", words))
+    else:
+        edits.set(inertial, **words, **dict.fromkeys(OTHER_FORMS))
+        if "diaginertia" in inertial.attributes:
+            edits.set(inertial, fullinertia=None)
+            edits.replace(inertial, "diaginertia", "fullinertia", words["fullinertia"])
+    old[np.abs(old) <= SAME * number_scales(new)] = 0.0  # MuJoCo's rounding
+    where = f"body '{name_of(file.compiled, 'body', body)}'"
+    yield from number_changes(where, "pos", "fullinertia ", old, new, halves)
+
+
+def _ten(file: File, body: int) -> np.ndarray:
+    """Ten parameters of a body in the file, in the frame of its joint."""
+    return inertial_parameters(file.parts[body].placement.act(own_inertia(file.compiled, body)))
+
+
+def _numbers(values: np.ndarray, part: Part) -> np.ndarray:
+    """Ten numbers of a body in its own frame, from ten parameters in the joint frame, shape (10,)."""
+    body = part.placement.actInv(body_inertia(values))
+    return body_numbers(body.mass, body.lever, body.inertia)
 
 
 def change_gravity(file: File, portable: Portable, edits: Edits) -> tuple[list[Change], list[str]]:
@@ -138,7 +152,7 @@ def gravcomp_changes(file: File, portable: Portable, edits: Edits) -> Iterator[C
     moved = np.array([part.joint > 0 for part in file.parts])
     loaded = moved & (file.compiled.body_mass > 0.0) & (share > 0.0)
     for body in map(int, np.flatnonzero(loaded | (file.compiled.body_gravcomp != 0.0))):
-        edits.set(file.elements.body(body), gravcomp=f"{share:.{DIGITS}g}" if share else None)
+        edits.set(file.elements.tag("body", body), gravcomp=f"{share:.{DIGITS}g}" if share else None)
         where, old = f"body '{name_of(file.compiled, 'body', body)}'", file.compiled.body_gravcomp[body]
         yield Change(where, "gravcomp", "-", float(old), share, np.inf if share else 0.0)
 
@@ -149,9 +163,9 @@ def compensated_share(file: File, gravity: np.ndarray) -> float | None:
     size = float(full @ full)
     if not size or disabled(model, "GRAVITY") or np.any(model.jnt_actgravcomp) or _same(old, gravity):
         return None
-    left, before = float(gravity @ full) / size, float(old @ full) / size
-    along = _same(left * full, gravity) and _same(before * full, old)
-    return max(1.0 - left, 0.0) if along and 0.0 <= left <= WHOLE else None
+    carried, before = float(gravity @ full) / size, float(old @ full) / size
+    along = _same(carried * full, gravity) and _same(before * full, old)
+    return max(1.0 - carried, 0.0) if along and 0.0 <= carried <= WHOLE else None
 
 
 def _same(old: np.ndarray, new: np.ndarray) -> bool:

@@ -5,7 +5,7 @@ Armature and damping are written at the motor if the joint has none of its own. 
 joint becomes the motor's cogging.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -14,37 +14,14 @@ import numpy as np
 from ..effects import StribeckFriction, TorqueRipple
 from ..errors import RobotError
 from ..robot_files.mjcf_dcmotors import SHORTED, DcMotor, dc_motors
-from ..robot_files.mjcf_names import name_of
-from .mjcf_changes import DIGITS, SAME, Change, File, nearly_equal
+from ..robot_files.mjcf_elements import JOINT_TERMS, MOTOR_NUMBERS, attribute_numbers, name_of
+from .changes import DIGITS, SAME, Change, Spread, nearly_equal
+from .mjcf_changes import File
 from .portable import Portable
-from .spread import Spread
 from .xml_text import Edits
-
-UNITS = {"armature": "kg m^2", "damping": "N m s/rad"}
-"""Attribute that holds one number, and its unit."""
-LISTS: Mapping[str, Mapping[str, str]] = {
-    "lugre": {
-        "stiffness": "N m/rad", "bristle_damping": "N m s/rad", "coulomb": "N m", "static": "N m",
-        "stribeck": "rad/s",
-    },
-    "cogging": {"amplitude": "N m", "poles": "1", "phase": "rad"},
-}  # fmt: skip
-"""Attribute that holds several numbers -> their fields of `DcMotor` and units, in order."""
-
 
 EXPONENT = 2.0
 """Exponent with which Stribeck friction of MuJoCo's LuGre model fades [-]."""
-
-
-@dataclass
-class Plan:
-    """A motor of the file, its new numbers, and the part of the model that others have to represent."""
-
-    place: int  # index of the joint in the robot
-    old: DcMotor  # motor in the file
-    new: DcMotor  # motor with the identified numbers
-    unwritten: Portable  # model without what motors represent: such joint terms are those of the file
-    halves: dict[str, float] = field(default_factory=dict)  # field of the motor -> half of its 95 % interval
 
 
 def write_motors(
@@ -53,11 +30,11 @@ def write_motors(
     """Write all DC motors; returns changes, new motors, and the model without what they represent."""
     changes, motors, unwritten = list[Change](), list[DcMotor](), portable
     for motor in dc_motors(file.compiled, file.joints):
-        plan = Plan(file.joints.index(motor.joint), motor, motor, unwritten)
-        _plan_rotor(file, plan, spread)
-        _plan_friction(file, plan, spread)
-        plan.new, plan.unwritten = _with_cogging(plan.new, plan.unwritten, plan.place, plan.halves, spread)
-        changes += _write(file, plan, edits)
+        plan = _Plan(file, spread, file.joints.index(motor.joint), motor, motor, unwritten)
+        plan.take_rotor()
+        plan.take_friction()
+        plan.take_ripple()
+        changes += plan.write(edits)
         motors.append(plan.new)
         unwritten = plan.unwritten
     return changes, motors, unwritten
@@ -86,92 +63,6 @@ def require_motors(compiled: Any, motors: list[DcMotor], where: str) -> None:
                 )
 
 
-def _plan_rotor(file: File, plan: Plan, spread: Spread) -> None:
-    """Armature and damping, if the motor alone has them."""
-    square, place = plan.old.gear**2, plan.place
-    dof = file.compiled.jnt_dofadr[plan.old.joint]
-    shorted = plan.old.back_emf if plan.old.input == SHORTED else 0.0
-    for term, other in (("armature", 0.0), ("damping", shorted)):
-        total = getattr(Portable.of(file.nominal).joints, term)[place]
-        now = getattr(plan.unwritten.joints, term)[place]
-        share = square * getattr(plan.old, term)
-        of_joint = getattr(file.compiled, f"dof_{term}")[dof]
-        alone = share and not of_joint and nearly_equal(share + other, total)
-        if alone and now >= other and not nearly_equal(total, now):
-            new: dict[str, Any] = {term: float(now - other) / square}
-            plan.new = replace(plan.new, **new)
-            plan.halves[term] = spread.half(place, term) / square
-            plan.unwritten = _without_term(plan.unwritten, term, place, total)
-
-
-def _without_term(portable: Portable, term: str, place: int, value: float) -> Portable:
-    """The model with the file's value of a joint term, so that it is not written at the joint."""
-    values = getattr(portable.joints, term).copy()
-    values[place] = value
-    return replace(portable, joints=replace(portable.joints, **{term: values}))
-
-
-def _plan_friction(file: File, plan: Plan, spread: Spread) -> None:
-    """Coulomb and Stribeck friction as LuGre friction, if the motor has it."""
-    if not (plan.old.stiffness and plan.old.gear):
-        return
-    place, gear = plan.place, abs(plan.old.gear)
-    coulomb = _coulomb(file, plan) / gear
-    plan.new = replace(plan.new, coulomb=coulomb, static=coulomb + plan.old.static - plan.old.coulomb)
-    plan.halves["coulomb"] = plan.halves["static"] = spread.half(place, "dry") / gear
-    if plan.old.fades:
-        plan.new = replace(plan.new, static=coulomb)
-    for effect, values in plan.unwritten.joint_effects(StribeckFriction, place):
-        assert isinstance(effect, StribeckFriction)
-        if not (values.any() or plan.old.fades):
-            continue
-        static = max(coulomb + float(values[0]) / gear, 0.0)
-        plan.new = replace(plan.new, static=static, stribeck=effect.fade * gear)
-        if effect.exponent != EXPONENT:
-            remark = f"exponent {effect.exponent:g} of stribeck_friction: that of a dcmotor is {EXPONENT:g}"
-            plan.unwritten = replace(plan.unwritten, remarks=(*plan.unwritten.remarks, remark))
-        plan.halves["static"] = spread.half_of(
-            dict.fromkeys((f"Fc{place + 1}", f"Fg{place + 1}", f"Fs{place + 1}"), 1.0 / gear)
-        )
-        plan.unwritten = plan.unwritten.without_effect(effect, 0.0 * values)
-
-
-def _coulomb(file: File, plan: Plan) -> float:
-    """Coulomb friction beyond the joint's `frictionloss` [N m]; raises `RobotError` if that has more."""
-    place, total = plan.place, Portable.of(file.nominal).joints.dry[plan.place]
-    of_joint = total - abs(plan.old.gear) * plan.old.coulomb
-    identified = plan.unwritten.joints.dry[place]
-    if identified < (1.0 - SAME) * of_joint:
-        raise RobotError(
-            f"{file.where}: joint '{plan.unwritten.robot.joints[place]}' has more frictionloss than the "
-            f"identified {identified:.4g} of joint and dcmotor. Remove it from the joint"
-        )
-    plan.unwritten = _without_term(plan.unwritten, "dry", place, total)
-    return max(float(identified - of_joint), 0.0)
-
-
-def _write(file: File, plan: Plan, edits: Edits) -> Iterator[Change]:
-    """Write the attributes of a motor whose numbers differ, and yield the changes."""
-    old, new, robot = plan.old, plan.new, plan.unwritten.robot
-    where = f"actuator '{name_of(file.compiled, 'actuator', old.index)}'"
-    for attribute, units in {**{name: {name: unit} for name, unit in UNITS.items()}, **LISTS}.items():
-        before, now = ([getattr(motor, name) for name in units] for motor in (old, new))
-        if all(map(nearly_equal, before, now)):
-            continue
-        tag = file.elements.actuator(old.index)
-        edits.set(tag, **{attribute: " ".join(f"{value:.{DIGITS}g}" for value in now)})
-        if attribute == "damping" and "nominal" in tag.attributes:
-            # MuJoCo derives the motor constant from the no-load speed, which damping changes
-            constant = f"{old.constant:.{DIGITS}g}"
-            resistance = f"{old.resistance:.{DIGITS}g}"
-            edits.set(tag, motorconst=f"{constant} {constant}", resistance=resistance)
-        for (name, unit), first, second in zip(units.items(), before, now, strict=True):
-            if not nearly_equal(first, second):
-                title = attribute if attribute == name else f"{attribute} {name}"
-                half = plan.halves.get(name, np.inf)
-                yield Change(where, title, robot.unit(plan.place, unit), first, second, half)
-
-
 class Wave(NamedTuple):
     """One wave of the torque ripple of a joint."""
 
@@ -186,40 +77,130 @@ class Wave(NamedTuple):
         return float(np.hypot(*self.values[self.columns]))
 
 
-def _with_cogging(
-    motor: DcMotor, portable: Portable, place: int, halves: dict[str, float], spread: Spread
-) -> tuple[DcMotor, Portable]:
-    """The motor with the wave that the file's motor has, or else with the largest, and the model without it.
+@dataclass
+class _Plan:
+    """A motor of the file, its new numbers, and the part of the model that others have to represent."""
 
-    The halves of the 95 % intervals of amplitude and phase are added to `halves`, by field of the motor.
-    """
+    file: File  # the file
+    spread: Spread  # intervals of the model
+    place: int  # index of the joint in the robot
+    old: DcMotor  # motor in the file
+    new: DcMotor  # motor with the identified numbers
+    unwritten: Portable  # model without what motors represent: such joint terms are those of the file
+    halves: dict[str, float] = field(default_factory=dict)  # field of the motor -> half of its 95 % interval
 
-    def preference(wave: Wave) -> tuple[bool, float]:
-        return bool(motor.amplitude) and _equal(wave.poles, abs(motor.poles)), wave.amplitude
+    def _original(self, term: str) -> float:
+        """Value of a joint term in the file, joint and actuators together."""
+        return float(getattr(Portable.of(self.file.nominal).joints, term)[self.place])
 
-    wave = max(_waves(motor, portable, place), key=preference, default=None)
-    if wave is None or not any(preference(wave)):
-        return motor, portable
-    names = [parameter.name for parameter in wave.effect.parameters(portable.robot)][wave.columns]
-    pair, zeroed = wave.values[wave.columns], wave.values.copy()
-    zeroed[wave.columns] = 0.0
-    halves |= _wave_halves(names, pair, motor.gear, spread)
-    sign = np.sign(portable.robot.gear_ratio[place])  # the ripple counts turns of the robot's motor
-    return _cogged(motor, wave.poles, pair * [1.0, sign]), portable.without_effect(wave.effect, zeroed)
+    def _leave(self, term: str) -> None:
+        """Keep the file's value of a joint term, so that it is not written at the joint."""
+        joints = self.unwritten.joints
+        values = getattr(joints, term).copy()
+        values[self.place] = self._original(term)
+        self.unwritten = replace(self.unwritten, joints=replace(joints, **{term: values}))
 
+    def take_rotor(self) -> None:
+        """Take armature and damping, if the motor alone has them."""
+        square, dof = self.old.gear**2, self.file.compiled.jnt_dofadr[self.old.joint]
+        shorted = self.old.back_emf if self.old.input == SHORTED else 0.0
+        for term, other in (("armature", 0.0), ("damping", shorted)):
+            total, now = self._original(term), float(getattr(self.unwritten.joints, term)[self.place])
+            share = square * getattr(self.old, term)
+            of_joint = JOINT_TERMS[term].read(self.file.compiled, dof)
+            alone = share and not of_joint and nearly_equal(share + other, total)
+            if alone and now >= other and not nearly_equal(total, now):
+                new: dict[str, Any] = {term: (now - other) / square}
+                self.new = replace(self.new, **new)
+                self.halves[term] = self.spread.half(self.place, term) / square
+                self._leave(term)
 
-def _waves(motor: DcMotor, portable: Portable, place: int) -> list[Wave]:
-    """Waves of the joint; none if other joints turn its motor too."""
-    robot = portable.robot
-    if not motor.gear or np.any(robot.coupling[place] != np.eye(robot.dof)[place]):
-        return []
-    ratio = abs(robot.gear_ratio[place] / motor.gear)
-    return [
-        Wave(effect, values, slice(2 * k - 2, 2 * k), float(k * effect.harmonic * ratio))
-        for effect, values in portable.joint_effects(TorqueRipple, place)
-        if isinstance(effect, TorqueRipple)
-        for k in range(1, effect.count + 1)
-    ]
+    def take_friction(self) -> None:
+        """Take Coulomb and Stribeck friction as LuGre friction, if the motor has it.
+
+        The joint keeps its own `frictionloss`. Raises `RobotError` if that has more than was identified.
+        """
+        old, place, gear = self.old, self.place, abs(self.old.gear)
+        if not (old.stiffness and gear):
+            return
+        of_joint = self._original("dry") - gear * old.coulomb
+        identified = float(self.unwritten.joints.dry[place])
+        if identified < (1.0 - SAME) * of_joint:
+            raise RobotError(
+                f"{self.file.where}: joint '{self.unwritten.robot.joints[place]}' has more frictionloss than "
+                f"the identified {identified:.4g} of joint and dcmotor. Remove it from the joint"
+            )
+        self._leave("dry")
+        coulomb = max(identified - of_joint, 0.0) / gear
+        static = coulomb if old.fades else coulomb + old.static - old.coulomb
+        self.new = replace(self.new, coulomb=coulomb, static=static)
+        self.halves["coulomb"] = self.halves["static"] = self.spread.half(place, "dry") / gear
+        for effect, values in self.unwritten.joint_effects(StribeckFriction, place):
+            assert isinstance(effect, StribeckFriction)
+            if not (values.any() or old.fades):
+                continue
+            static = max(coulomb + float(values[0]) / gear, 0.0)
+            self.new = replace(self.new, static=static, stribeck=effect.fade * gear)
+            if effect.exponent != EXPONENT:
+                remark = (
+                    f"exponent {effect.exponent:g} of stribeck_friction: that of a dcmotor is {EXPONENT:g}"
+                )
+                self.unwritten = replace(self.unwritten, remarks=(*self.unwritten.remarks, remark))
+            names = (f"Fc{place + 1}", f"Fg{place + 1}", f"Fs{place + 1}")
+            self.halves["static"] = self.spread.half_of(dict.fromkeys(names, 1.0 / gear))
+            self.unwritten = self.unwritten.without_effect(effect, 0.0 * values)
+
+    def take_ripple(self) -> None:
+        """Take the wave that the file's motor has, or else the largest, as cogging."""
+        old, robot = self.old, self.unwritten.robot
+
+        def preference(wave: Wave) -> tuple[bool, float]:
+            return bool(old.amplitude) and _equal(wave.poles, abs(old.poles)), wave.amplitude
+
+        wave = max(self._waves(), key=preference, default=None)
+        if wave is None or not any(preference(wave)):
+            return
+        names = [parameter.name for parameter in wave.effect.parameters(robot)][wave.columns]
+        pair, zeroed = wave.values[wave.columns], wave.values.copy()
+        zeroed[wave.columns] = 0.0
+        self.halves |= _wave_halves(names, pair, old.gear, self.spread)
+        sign = np.sign(robot.gear_ratio[self.place])  # the ripple counts turns of the robot's motor
+        self.new = _cogged(self.new, wave.poles, pair * [1.0, sign])
+        self.unwritten = self.unwritten.without_effect(wave.effect, zeroed)
+
+    def _waves(self) -> list[Wave]:
+        """Waves of the joint; none if other joints turn its motor too."""
+        robot, gear = self.unwritten.robot, self.old.gear
+        if not gear or np.any(robot.coupling[self.place] != np.eye(robot.dof)[self.place]):
+            return []
+        ratio = abs(robot.gear_ratio[self.place] / gear)
+        return [
+            Wave(effect, values, slice(2 * k - 2, 2 * k), float(k * effect.harmonic * ratio))
+            for effect, values in self.unwritten.joint_effects(TorqueRipple, self.place)
+            if isinstance(effect, TorqueRipple)
+            for k in range(1, effect.count + 1)
+        ]
+
+    def write(self, edits: Edits) -> Iterator[Change]:
+        """Write the attributes whose numbers differ, and yield the changes."""
+        old, new, robot = self.old, self.new, self.unwritten.robot
+        where = f"actuator '{name_of(self.file.compiled, 'actuator', old.index)}'"
+        for attribute in dict.fromkeys(number.attribute for number in MOTOR_NUMBERS.values()):
+            names = attribute_numbers(attribute)
+            before, now = ([getattr(motor, name) for name in names] for motor in (old, new))
+            if all(map(nearly_equal, before, now)):
+                continue
+            tag = self.file.elements.tag("actuator", old.index)
+            edits.set(tag, **{attribute: " ".join(f"{value:.{DIGITS}g}" for value in now)})
+            if attribute == "damping" and "nominal" in tag.attributes:
+                # MuJoCo derives the motor constant from the no-load speed, which damping changes
+                constant = f"{old.constant:.{DIGITS}g}"
+                edits.set(tag, motorconst=f"{constant} {constant}", resistance=f"{old.resistance:.{DIGITS}g}")
+            for name, first, second in zip(names, before, now, strict=True):
+                if not nearly_equal(first, second):
+                    title = attribute if attribute == name else f"{attribute} {name}"
+                    unit = robot.unit(self.place, MOTOR_NUMBERS[name].unit)
+                    yield Change(where, title, unit, first, second, self.halves.get(name, np.inf))
 
 
 def _equal(poles: float, other: float) -> bool:

@@ -16,8 +16,8 @@ from exidyn.quoting import xml_attribute
 
 from ..errors import RobotError
 from ..robot_files.mjcf import compile_mjcf
-from ..robot_files.mjcf_names import joint_names, turns
-from .mjcf_changes import DIGITS, Change
+from ..robot_files.mjcf_elements import joint_names, turns
+from .changes import DIGITS, Change
 from .xml_text import Edits, Elements, Tag, read_tags
 
 TWIST = "{}_twist"
@@ -50,7 +50,7 @@ def add_gears(text: bytes, folder: str, where: str, gears: Sequence[Gear]) -> tu
         root, compiled = read_tags(text, where), compile_mjcf(text.decode(), folder)
         edits, elements = Edits(text), Elements(root, compiled, where)
         joint = _joint(compiled, gear.joint, where)
-        body = elements.body(int(compiled.jnt_bodyid[joint]))
+        body = elements.tag("body", int(compiled.jnt_bodyid[joint]))
         edits.add_inside(body, _element(compiled, joint, gear, elements.degrees))
         first = int(compiled.body_jntadr[compiled.jnt_bodyid[joint]])
         _lengthen(root, edits, "qpos", int(compiled.jnt_qposadr[first]))

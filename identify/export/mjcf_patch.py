@@ -10,31 +10,20 @@ from typing import Any
 import numpy as np
 
 from ..arm.robot import Held, Robot
-from ..effects.rigid_body import inertial_parameters
 from ..errors import RobotError
 from ..fit.identified import Standard
 from ..model import Model
 from ..robot_files.mjcf import body_parts, compile_mjcf, mjcf_kinematics
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import joint_names
+from ..robot_files.mjcf_elements import JOINT_TERMS, joint_names
 from ..robot_files.robot_file import described_model
+from .bodies import robot_bodies, sizes
+from .changes import SAME, Change, Spread, nearly_equal
 from .left_out import left_out
-from .mjcf_bodies import body_changes
-from .mjcf_changes import (
-    SAME,
-    TERMS,
-    Change,
-    File,
-    change_gravity,
-    gravcomp_changes,
-    joint_changes,
-    nearly_equal,
-    sizes,
-)
+from .mjcf_changes import File, body_changes, change_gravity, gravcomp_changes, joint_changes
 from .mjcf_dcmotors import kept_cogging, require_motors, write_motors
 from .mjcf_servos import altered_damping, keep_damping, require_servos, servo_changes, written_servos
 from .portable import Portable
-from .spread import Spread
 from .xml_text import Edits, Elements, read_tags
 
 FEATURES = ("bodies", "gravity", "armature", "damping", "dry", "stiffness", "uncertainty")
@@ -81,14 +70,14 @@ def patch(
     ]  # fmt: skip
     gravity, unchanged = change_gravity(file, wanted, edits)
     changes += gravity
-    halfway = compile_mjcf(edits.text().decode(), folder)
-    changes += keep_damping(file, halfway, written_servos(file, wanted), edits)
+    written = written_servos(file.compiled, wanted.robot)
+    changes += keep_damping(file, compile_mjcf(edits.text().decode(), folder), written, edits)
     new = edits.text()
     compiled = compile_mjcf(new.decode(), folder)
     require_same(wanted, described(compiled, wanted, where), where)
-    require_servos(compiled, wanted, where)
+    require_servos(compiled, wanted.robot, where)
     require_motors(compiled, motors, where)
-    altered = altered_damping(file.compiled, compiled, written_servos(file, wanted))
+    altered = altered_damping(file.compiled, compiled, written)
     has_servos = bool(servos(compiled, wanted.robot.joints))
     features = (*FEATURES, *elsewhere, *(("servos",) if has_servos else ()))
     missing = sentences_left_out(unwritten, spread, features)
@@ -140,29 +129,29 @@ def held_in(compiled: Any, robot: Robot) -> Held:
 def accepted(portable: Portable) -> tuple[Portable, list[str]]:
     """Model that MuJoCo accepts, without negative friction or rotor inertia; and sentences on changes."""
     joints, remarks = portable.joints, []
-    for name, (attribute, _) in list(TERMS.items())[:3]:
-        values = getattr(joints, name)
+    for term in ("armature", "damping", "dry"):
+        values = getattr(joints, term)
         remarks += [
-            f"{attribute} of {joint} was identified as {value:.3g}, which is impossible: 0 is written"
+            f"{JOINT_TERMS[term].attribute} of {joint} was identified as {value:.3g}, which is impossible: "
+            "0 is written"
             for joint, value in zip(portable.robot.joints, values, strict=True)
             if value < 0.0
         ]
-        joints = replace(joints, **{name: np.maximum(values, 0.0)})
+        joints = replace(joints, **{term: np.maximum(values, 0.0)})
     return replace(portable, joints=joints), remarks
 
 
 def require_same(wanted: Portable, model: Model, where: str, remedies: tuple[str, str] = WRITTEN) -> None:
     """Raise `RobotError` unless the model compiled from the new text equals the intended model."""
     made, robot = Portable.of(model), wanted.robot
-    for place, name in enumerate(robot.joints):
-        for term, (attribute, _) in TERMS.items():
+    bodies = zip(robot.joints, robot_bodies(model.robot), robot_bodies(robot), strict=True)
+    for place, (name, body, intended) in enumerate(bodies):
+        for term, number in JOINT_TERMS.items():
             actual, expected = getattr(made.joints, term)[place], getattr(wanted.joints, term)[place]
             if not nearly_equal(actual, expected):
                 raise RobotError(
-                    f"{where}: {attribute} of joint '{name}' is {actual:.4g} in MuJoCo, not {expected:.4g}"
-                    f"{remedies[0]}"
+                    f"{where}: {number.attribute} of joint '{name}' is {actual:.4g} in MuJoCo, not "
+                    f"{expected:.4g}{remedies[0]}"
                 )
-        bodies = (arm.kinematics.inertias[place + 1] for arm in (model.robot, robot))
-        body, intended = map(inertial_parameters, bodies)
         if np.any(np.abs(body - intended) > 10.0 * SAME * sizes(intended)):
             raise RobotError(f"{where}: MuJoCo has another body behind joint '{name}'{remedies[1]}")

@@ -63,11 +63,8 @@ class Portable:
                 balancers.append(form)
             elif not (effect.of_links or effect.payload):
                 others.append((effect, values))
-        robot = model.robot
-        if servos is None and robot.servo is not None:  # their damping is part of the viscous friction
-            gain, none = np.abs(robot.drive_gain), np.zeros(robot.dof)
-            servos = ServoLaw.of(gain * robot.servo.gain, none, gain * robot.servo.limit, none)
-        return cls(model, joints, tuple(balancers), tuple(others), remarks, servos)
+        law = robot_law(model.robot, model.robot.drive_gain) if servos is None else servos
+        return cls(model, joints, tuple(balancers), tuple(others), remarks, law)
 
     def joint_effects(self, kind: type[JointEffect], place: int) -> list[Pair]:
         """Effects of a kind on one joint, each split off from those on other joints."""
@@ -94,6 +91,17 @@ class Portable:
     def _apart(self, effect: Effect, values: np.ndarray) -> list[Pair]:
         parts = effect.apart(self.robot)
         return list(zip(parts, np.split(values, len(parts)), strict=True))
+
+
+def robot_law(robot: Robot, drive_gain: np.ndarray) -> ServoLaw | None:
+    """Law of a robot's position servos at drive gains (n,) [N m/A]; None without servos.
+
+    Their damping is part of the viscous friction.
+    """
+    if robot.servo is None:
+        return None
+    gain, none = np.abs(drive_gain), np.zeros(robot.dof)
+    return ServoLaw.of(gain * robot.servo.gain, none, gain * robot.servo.limit, none)
 
 
 def _solid(model: Model, payload: str) -> tuple[Model, tuple[str, ...]]:

@@ -126,29 +126,21 @@ def _state_masses(root: Element) -> None:
     children = {_end(joint, "child") for joint in root.findall("joint")}
     [first] = [str(link.get("name")) for link in root.findall("link") if link.get("name") not in children]
     if first != WORLD:
-        _put_on_world(root, first)
+        root.insert(0, Element("link", name=WORLD))
+        joint = SubElement(root, "joint", name=f"{first}_fixed", type="fixed")
+        SubElement(joint, "parent", link=WORLD)
+        SubElement(joint, "child", link=first)
     bases = {_end(joint, "child") for joint in root.findall("joint") if _end(joint, "parent") == WORLD}
     for link in root.findall("link"):
         if link.find("inertial") is None and link.get("name") != WORLD:
-            _add_inertial(link, BASE_MASS if link.get("name") in bases else 0.0)
+            mass, inertial = BASE_MASS if link.get("name") in bases else 0.0, Element("inertial")
+            SubElement(inertial, "mass", value=repr(mass))
+            moments = {name: repr(mass if name[1] == name[2] else 0.0) for name in MOMENTS}
+            SubElement(inertial, "inertia", moments)
+            link.insert(0, inertial)
 
 
 def _end(joint: Element, tag: str) -> str | None:
     """Name of a joint's parent or child link."""
     end = joint.find(tag)
     return None if end is None else end.get("link")
-
-
-def _add_inertial(link: Element, mass: float) -> None:
-    inertial = Element("inertial")
-    SubElement(inertial, "mass", value=repr(mass))
-    SubElement(inertial, "inertia", {name: repr(mass if name[1] == name[2] else 0.0) for name in MOMENTS})
-    link.insert(0, inertial)
-
-
-def _put_on_world(root: Element, base: str) -> None:
-    root.insert(0, Element("link", name=WORLD))
-    joint = Element("joint", name=f"{base}_fixed", type="fixed")
-    SubElement(joint, "parent", link=WORLD)
-    SubElement(joint, "child", link=base)
-    root.append(joint)

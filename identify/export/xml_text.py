@@ -9,7 +9,7 @@ from xml.parsers import expat
 from exidyn.quoting import xml_attribute
 
 from ..errors import RobotError
-from ..robot_files.mjcf_names import actuators, name_of
+from ..robot_files.mjcf_elements import actuators, name_of
 
 ATTRIBUTE = re.compile(
     rb"""(?P<before>\s+)(?P<name>[^\s=/>]+)(?P<between>\s*=\s*)(?P<quoted>"[^"]*"|'[^']*')"""
@@ -139,26 +139,12 @@ class Elements:
         joints = [tag for body in bodies for tag in _joints(body)]
         self._tags = {"body": bodies, "joint": joints, "actuator": actuator_tags(root)}
 
-    def body(self, body: int) -> Tag:
-        """The tag of a body; 0 is the world and has none."""
-        return self._tag("body", body, body - 1)
+    def tag(self, kind: str, index: int) -> Tag:
+        """The tag of a "body", "joint" or "actuator"; body 0 is the world and has none.
 
-    def joint(self, joint: int) -> Tag:
-        """The tag of a joint."""
-        return self._tag("joint", joint, joint)
-
-    def actuator(self, actuator: int) -> Tag:
-        """The tag of an actuator."""
-        return self._tag("actuator", actuator, actuator)
-
-    def position_servo(self, actuator: int) -> Tag | None:
-        """The tag of an actuator with a position gain; None for others, and for those of included files."""
-        tag = self._found("actuator", actuator, actuator)
-        return tag if tag and tag.name in ("position", "intvelocity", "general") else None
-
-    def _tag(self, kind: str, index: int, place: int) -> Tag:
-        """The tag of an element; raises `RobotError` if it is in an included file or replicated."""
-        if tag := self._found(kind, index, place):
+        Raises `RobotError` if it is in an included file or replicated.
+        """
+        if tag := self.find(kind, index):
             return tag
         name = name_of(self._model, kind, index)
         raise RobotError(
@@ -166,12 +152,13 @@ class Elements:
             "created by replicate or attach. Give the file that contains it"
         )
 
-    def _found(self, kind: str, index: int, place: int) -> Tag | None:
+    def find(self, kind: str, index: int) -> Tag | None:
         """The tag with an element's name, or at its place if that tag has no name and none is elsewhere."""
         model, tags = self._model, self._tags[kind]
         if named := [tag for tag in tags if tag.attributes.get("name") == name_of(model, kind, index)]:
             return named[0]
         counts = {"body": model.nbody - 1, "joint": model.njnt, "actuator": len(actuators(model))}
+        place = index - (kind == "body")
         complete = len(tags) == counts[kind]
         return tags[place] if complete and "name" not in tags[place].attributes else None
 

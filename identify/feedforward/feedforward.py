@@ -24,6 +24,7 @@ from ..dynamics.program import fitted_dynamics
 from ..effects.joint_state import JointState, Scalar
 from ..errors import FitError, WrongShape
 from ..export.left_out import effect_sentences
+from ..export.portable import robot_law
 from ..fit.base_parameters import rich_motion
 from ..fit.fit import Fit
 from ..measurements import measurement_name
@@ -180,7 +181,7 @@ def make_feedforward(
         dynamics,
         "A" if fit.unscaled else "N m",
         fit.estimate.gain if fit.measures == "current" and not fit.unscaled else None,
-        servo or _servo(fit),
+        servo or robot_law(fit.model.robot, fit.estimate.gain),
         band,
         share,
         tuple(remarks(fit, dynamics)),
@@ -209,16 +210,6 @@ def remarks(fit: Fit, dynamics: Dynamics) -> Iterator[str]:
         yield "friction depends on temperature: give the temperature of each joint [degC]"
     if robot.passive:
         yield f"joints without a motor: {', '.join(robot.passive)}; their torque cannot be applied"
-
-
-def _servo(fit: Fit) -> ServoLaw | None:
-    """Law of the position servos of the fit's robot, at the fit's drive gains."""
-    servo = fit.model.robot.servo
-    if servo is None:
-        return None
-    gain = np.abs(fit.estimate.gain)
-    none = np.zeros(len(gain))
-    return ServoLaw.of(gain * servo.gain, none, gain * servo.limit, none)
 
 
 REFERENCE = 25.0

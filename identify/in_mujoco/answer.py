@@ -6,14 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ExidynError
-from ..export.mjcf_changes import TERMS, Change
+from ..export.changes import Change
 from ..export.portable import Portable
 from ..fit.fit import Fit
 from ..fit.settled_gains import stated
 from ..model import Model
+from ..robot_files.mjcf_elements import JOINT_TERMS
 from ..text_table import NORMAL_95
 from .distances import Distances, Gain, Judge
-from .joint_numbers import DELAY, FIELDS, KP, LIMIT, JointNumbers
+from .joint_numbers import DELAY, KP, LIMIT, TERMS, JointNumbers
 from .ladder import Ladder
 from .servo_stage import ServoStage
 from .simulated_numbers import simulated_numbers
@@ -91,7 +92,7 @@ def _by_joint(trial: Trial, judge: Judge, best: Answer, text: bytes, changes: tu
     return Answer(text, distances, changes, trial.model)
 
 
-REFINED = [TERMS[term][0] for term in FIELDS]
+REFINED = [JOINT_TERMS[term].attribute for term in TERMS]
 """Attributes that are refined."""
 
 

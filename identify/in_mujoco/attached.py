@@ -13,7 +13,7 @@ from ..export.mjcf_patch import accepted, described, require_same
 from ..export.portable import Portable
 from ..model import Model
 from ..notebook import optional
-from ..robot_files.mjcf_names import actuators, enum_of
+from ..robot_files.mjcf_elements import actuators, enum_of
 from .callbacks import PURPOSE, Layout, library, register, release
 from .switched_off import MotorFriction
 from .torques import Share, Torques

@@ -73,14 +73,14 @@ def distances(simulator: Simulator, robot: Robot, runs: Sequence[Run]) -> Distan
     horizons, ends, tools, moves = horizons_of(runs), [], [], []
     starts = list(_starts(runs, horizons[-1]))
     windows = [(run, first, _before(run, run.time[first] + horizons[-1])) for run, first in starts]
-    for (run, first, _), simulated in zip(windows, simulator.roll_all(windows), strict=True):
+    for (run, first, _), simulated in zip(windows, simulator.roll(windows), strict=True):
         offsets = [_before(run, run.time[first] + horizon) - first for horizon in horizons]
         rows = np.maximum(offsets, 1) - 1
         real = run.position[first + 1 + rows]
         ends.append(simulated[rows] - real)
         tools.append(_tool_distance(robot, simulated[rows], real))
         moves.append(real - run.position[first])
-    whole = simulator.roll_all([(run, 0, len(run.time) - 1) for run in runs])
+    whole = simulator.roll([(run, 0, len(run.time) - 1) for run in runs])
     traces = tuple(np.vstack([run.position[:1], trace]) for run, trace in zip(runs, whole, strict=True))
     errors = np.concatenate([trace - run.position for trace, run in zip(traces, runs, strict=True)])
     tool_errors = [
@@ -160,11 +160,11 @@ class Judge:
         and its rms error by more than `MATERIAL`.
         """
         before, after = self._squares(first, first), self._squares(second, first)
-        diverged = [not np.all(np.isfinite(squares)) for squares in (before, after)]
-        if any(diverged):
-            return {(1, 1): Gain.SAME, (1, 0): Gain.BETTER, (0, 1): Gain.WORSE}[
-                int(diverged[0]), int(diverged[1])
-            ]
+        converged = [bool(np.all(np.isfinite(squares))) for squares in (before, after)]
+        if not any(converged):
+            return Gain.SAME
+        if not all(converged):
+            return Gain.WORSE if converged[0] else Gain.BETTER
         growth = after - before
         spread = float(np.std(growth)) / np.sqrt(len(growth))
         ratio = np.sqrt(float(np.mean(after)) / max(float(np.mean(before)), np.finfo(float).tiny))

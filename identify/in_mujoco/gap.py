@@ -8,7 +8,6 @@ Runs that are held out decide what is written.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -22,17 +21,16 @@ from ..model import Model
 from ..plausible.gate import suspect
 from ..preparation.prepare import Filtering
 from ..progress import StageText
-from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from ..robot_files.mjcf import compile_mjcf
 from .answer import Answer, DriveGains, attached, drive_gains, file_alone
 from .distances import TOOL, Distances, Judge, horizons_of
+from .joint_numbers import ServoChange
 from .ladder import Ladder, Stage
 from .mujoco_laws import with_servo_torque, with_solver_friction
-from .replay import POSITION, TORQUE, Run, what_is_commanded
-from .servo_changes import ServoChange
+from .replay import POSITION, Run, what_is_commanded
 from .servo_stage import ServoStage, servo_stage, unchanged
-from .trial import Source, Trial, require_unloaded, simulated_runs
+from .trial import Recordings, Source, Trial, require_unloaded, simulated_runs
 
 SERVOS = "servos of the file (gains, limits, delays of commands)"
 
@@ -75,7 +73,7 @@ class Gap:
 def gap(
     source: Source,
     model: Model,
-    recordings: Sequence[tuple[str, Recording]],
+    recordings: Recordings,
     commands: str = "",
     filtering: Filtering = Filtering(),  # noqa: B008
     progress: Callable[[str], None] = lambda _: None,
@@ -100,39 +98,33 @@ def gap(
     """
     require_unloaded(recordings)
     progress(StageText("servos", "identify the servos"))
-    judge, compiled = Judge(judge_by), compile_mjcf(source.text.decode(), source.folder)
-    arm = with_solver_friction(_by_servos_of_file(model), compiled)
-    runs = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
-    # Simulations take the commands of the log. Its effort counts only if torque is commanded.
-    raw = [(role, with_servo_torque(compiled, run, arm.robot.joints)) for role, run in runs]
-    commanded = what_is_commanded(compiled, [run for _, run in raw], arm.robot.joints, commands)
+    case = _case(source, model, recordings, commands, filtering, Judge(judge_by))
+    by_position = case.commands == POSITION
     with threadpool_limits(limits=1):  # the steps of one arm are too small for threads to pay off
-        first = unchanged(source, arm)
-        if commanded == POSITION:
-            first = servo_stage(source, arm, runs, raw, filtering, judge)
-        diagnosis, fitted = _diagnosed(first, arm, runs, filtering, progress, as_recorded)
+        first = case.servo_stage(case.arm)
+        diagnosis, fitted = _diagnosed(first, case.arm, case.runs, filtering, progress, as_recorded)
         of_arm, faults, beyond = _sorted(diagnosis)
-        if commanded == TORQUE:
-            raw = [(role, _without(run, diagnosis, faults)) for role, run in raw]
-        judging, fitting = (simulated_runs(raw, filtering, held_out) for held_out in (True, False))
-        trial = Trial(first.source, arm, judging, commanded, first.held)
-        ladder = Ladder(trial, fitted, filtering, diagnosis, faults, judge)
-        servos = _with_identified_gains(ladder, first, source, runs, raw)
-        trial = replace(trial, source=servos.source, held=servos.held)
+        cleaned = case if by_position else case.without(diagnosis, faults)
+        judging, fitting = (cleaned.trial(first, held_out) for held_out in (True, False))
+        ladder = Ladder(judging, fitted, filtering, diagnosis, faults, case.judge)
+        gained = ladder.with_gains(judging)  # gains of servos are torques too
+        servos = first if gained is judging or not by_position else case.servo_stage(gained.model)
+        trial, training = (
+            replace(each, source=servos.source, held=servos.held) for each in (judging, fitting)
+        )
         progress(StageText("simulate", "simulate the original file"))
         original, start = trial.distances(source.text), trial.distances(servos.source.text)
         ladder.begin(trial, start)
         ladder.climb(of_arm, progress)
         progress(StageText("refine", "refine the numbers of the file by simulation"))
-        training = replace(trial, runs=fitting)
-        file = file_alone(ladder, training, servos if commanded == POSITION else None)
+        file = file_alone(ladder, training, servos if by_position else None)
     servo_stages = (Stage(SERVOS, start, servos.gain, servos.reason),) if servos.gain else ()
     return Gap(
         diagnosis=diagnosis,
-        commands=commanded,
+        commands=case.commands,
         held=servos.held,
-        horizons=horizons_of(judging),
-        runs=judging,
+        horizons=horizons_of(trial.runs),
+        runs=tuple(trial.runs),
         original=original,
         servos=servos.changes,
         stages=(*servo_stages, *ladder.stages),
@@ -146,57 +138,84 @@ def gap(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """The file, the arm and the runs between which the gap is."""
+
+    source: Source  # the file
+    arm: Model  # the arm that it describes
+    runs: Recordings  # runs to which fits are made
+    replayed: Recordings  # the same runs with a torque, whose commands are simulated
+    commands: str  # what is commanded, "position" or "torque"
+    filtering: Filtering  # filters
+    judge: Judge  # what a simulation is judged by
+
+    def servo_stage(self, arm: Model) -> ServoStage:
+        """Servos of the file, identified with an arm if they follow commanded positions."""
+        if self.commands != POSITION:
+            return unchanged(self.source, arm)
+        return servo_stage(self.source, arm, self.runs, self.replayed, self.filtering, self.judge)
+
+    def trial(self, servos: ServoStage, held_out: bool) -> Trial:
+        """Trial of the file with these servos on the held-out or the fitted runs."""
+        runs = simulated_runs(self.replayed, self.filtering, held_out)
+        return Trial(servos.source, self.arm, runs, self.commands, servos.held)
+
+    def without(self, diagnosis: Diagnosis, faults: Sequence[Finding]) -> "_Case":
+        """The case without these findings about the measurement in the replayed runs."""
+        if diagnosis.evidence is None:
+            return self
+        measurements = as_found(diagnosis.evidence, faults).model.measurements
+        replayed = [
+            (role, replace(run, model=replace(run.model, measurements=measurements)))
+            for role, run in self.replayed
+        ]
+        return replace(self, replayed=replayed)
+
+
+def _case(
+    source: Source, model: Model, recordings: Recordings, commands: str, filtering: Filtering, judge: Judge
+) -> _Case:
+    """The case of a file, an arm and runs, with the laws of MuJoCo."""
+    compiled, joints = compile_mjcf(source.text.decode(), source.folder), model.robot.joints
+    runs = [(role, replace(run, model=_by_servos_of_file(run.model))) for role, run in recordings]
+    # Simulations take the commands of the log. Its effort counts only if torque is commanded.
+    replayed = [(role, with_servo_torque(compiled, run, joints)) for role, run in runs]
+    commanded = what_is_commanded(compiled, [run for _, run in replayed], joints, commands)
+    arm = with_solver_friction(_by_servos_of_file(model), compiled)
+    return _Case(source, arm, runs, replayed, commanded, filtering, judge)
+
+
 def _by_servos_of_file(model: Model) -> Model:
     """The arm without stated servos: those of a proposed robot file have gains of 1, which nobody knows."""
     return replace(model, robot=replace(model.robot, servo=None))
 
 
-def _with_identified_gains(
-    ladder: Ladder,
-    servos: ServoStage,
-    source: Source,
-    recordings: Sequence[tuple[str, Recording]],
-    raw: Sequence[tuple[str, Recording]],
-) -> ServoStage:
-    """The servos, identified again if the drive gains of currents were: gains of servos are torques too."""
-    trial = ladder.trial
-    gained = ladder.with_gains(trial)
-    if trial.commands != POSITION or gained is trial:
-        return servos
-    return servo_stage(source, gained.model, recordings, raw, ladder.filtering, ladder.judge)
-
-
 def _diagnosed(
     servos: ServoStage,
     model: Model,
-    recordings: Sequence[tuple[str, Recording]],
+    recordings: Recordings,
     filtering: Filtering,
     progress: Callable[[str], None],
     as_recorded: bool,
-) -> tuple[Diagnosis, list[tuple[str, Recording]]]:
-    """Diagnosis, and the recordings to which it applies: with the torque of the servos if none was logged."""
+) -> tuple[Diagnosis, Recordings]:
+    """Diagnosis, and the recordings to which it applies: with the torque of the servos if none was logged.
+
+    Logs without effort are checked with the torque of a real servo: MuJoCo's steps change the effect of its
+    damping so much that a light joint can have a negative inertia, which in a real arm would be a mistake.
+    """
     compiled = compile_mjcf(servos.source.text.decode(), servos.source.folder)
-    suspicions = [] if as_recorded else _suspicions(compiled, model, recordings)
-    as_recorded = as_recorded or any(is_servo_error(run.settings) for _, run in recordings)
-    joints = model.robot.joints
+    joints, suspicions = model.robot.joints, list[str]()
+    without_effort = any(is_servo_error(run.settings) for _, run in recordings)
+    if without_effort and not as_recorded:
+        suspicion = suspect([with_servo_torque(compiled, run, joints, 0.0) for _, run in recordings], model)
+        suspicions += [] if suspicion is None else [f"all runs: {suspicion}"]
     fitted = [
         (role, with_servo_torque(compiled, run, joints, delay=servos.delay)) for role, run in recordings
     ]
-    diagnosis = diagnose(model, fitted, model.robot.name, filtering, progress, as_recorded, brief=True)
+    unchecked = as_recorded or without_effort
+    diagnosis = diagnose(model, fitted, model.robot.name, filtering, progress, unchecked, brief=True)
     return replace(diagnosis, suspicions=(*diagnosis.suspicions, *suspicions)), fitted
-
-
-def _suspicions(compiled: Any, model: Model, recordings: Sequence[tuple[str, Recording]]) -> list[str]:
-    """The doubt about logs that hold commands but no effort, if there is one.
-
-    They are checked with the torque of a real servo: MuJoCo's steps change the effect of its damping so
-    much that a light joint can have a negative inertia, which in a real arm would be a mistake.
-    """
-    if not any(is_servo_error(run.settings) for _, run in recordings):
-        return []
-    joints = model.robot.joints
-    suspicion = suspect([with_servo_torque(compiled, run, joints, 0.0) for _, run in recordings], model)
-    return [] if suspicion is None else [f"all runs: {suspicion}"]
 
 
 def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Finding]]:
@@ -204,19 +223,10 @@ def _sorted(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding], list[Fi
     of_arm, faults, beyond = [], [], []
     nominal = None if diagnosis.evidence is None else as_nominal(diagnosis.evidence)
     for finding in diagnosis.findings:
-        kind = kind_of(finding.effect)
         if nominal is None or with_finding(nominal, finding) is None:
             beyond.append(finding)
-        elif kind.sensor:
+        elif kind_of(finding.effect).sensor:
             faults.append(finding)
         else:
             of_arm.append(finding)
     return of_arm, faults, beyond
-
-
-def _without(recording: Recording, diagnosis: Diagnosis, faults: Sequence[Finding]) -> Recording:
-    """The recording with a model that removes these findings from it."""
-    if diagnosis.evidence is None:
-        return recording
-    measurements = as_found(diagnosis.evidence, faults).model.measurements
-    return replace(recording, model=replace(recording.model, measurements=measurements))

@@ -1,18 +1,21 @@
 """Numbers of joints and of their position servos: where a simulation has them, and how they are written."""
 
-from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from ..arm.robot import Robot, ServoLaw
-from ..export.mjcf_changes import DIGITS, TERMS, Change
-from ..export.mjcf_controller import with_servo_law
+from ..export.changes import DIGITS, Change
+from ..export.mjcf_servos import with_servo_law
 from ..export.xml_text import Edits, Elements, read_tags
+from ..fit.servo_fit import LONGEST, ServoFit
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servo_law, servos
+from ..robot_files.mjcf_elements import JOINT_TERMS
+from ..text_table import NORMAL_95
 from .replay import POSITION
-from .servo_changes import QUANTITIES, ServoChange, changed_law
 from .trial import Source
 
 KP, DAMPING, DRY, ARMATURE, LIMIT, DELAY = range(6)
@@ -21,8 +24,30 @@ the arm alike [N m s/rad]; dry friction [N m]; armature [kg m^2]; torque limit o
 [N m]; delay of its commands [s]."""
 TERM_OF = {DRY: "dry", ARMATURE: "armature"}
 """Row -> term of the joint in the file."""
-FIELDS = {"dry": "dof_frictionloss", "armature": "dof_armature", "damping": "dof_damping"}
-"""Term of a joint -> field of the compiled model."""
+TERMS = ("dry", "armature", "damping")
+"""Terms of a joint that are written."""
+QUANTITIES = {"kp": "stiffness", "kv": "damping", "forcerange": "limit", "delay": "delay"}
+"""Attribute of a servo -> field of `ServoLaw`."""
+UNITS = {"kp": "N m/rad", "kv": "N m s/rad", "forcerange": "N m", "delay": "s"}
+DETERMINED = 0.1
+"""Largest relative standard deviation of a stiffness that counts as determined."""
+ACCURACY = 5.0
+"""Relative accuracy of all numbers but delays per sampling period [1/s], 2 % at 4 ms: signals are sampled
+somewhere within a cycle, and commands may jump between, so gains are off by some percent whatever their
+intervals are."""
+CYCLE = 1.0 / np.sqrt(12.0)
+"""Standard deviation of a moment within a sampling period, over the period."""
+
+
+@dataclass(frozen=True)
+class ServoChange:
+    """A number of a servo that differs from the file's."""
+
+    joint: int  # index of the joint, from 0
+    quantity: str  # "kp", "kv", "forcerange" or "delay"
+    old: float  # number of the file, at the joint; infinite for a servo without a limit
+    new: float  # identified number
+    half: float  # half of its 95 % interval
 
 
 class JointNumbers:
@@ -41,12 +66,11 @@ class JointNumbers:
         self.law = law
         self._servos = servos(self.compiled, robot.joints) if np.any(law.stiffness) else []
         self._dofs = [int(self.compiled.joint(name).dofadr[0]) for name in robot.joints]
-        terms = {name: np.array(getattr(self.compiled, field)[self._dofs]) for name, field in FIELDS.items()}
-        self._damping = terms["damping"]
-        self.values = np.array(
-            [law.stiffness, law.damping + terms["damping"], terms["dry"], terms["armature"], law.limit,
-             law.delay]
-        )  # fmt: skip
+        dry, armature, self._damping = (
+            np.array(getattr(self.compiled, JOINT_TERMS[term].table)[self._dofs]) for term in TERMS
+        )
+        damping = law.damping + self._damping
+        self.values = np.array([law.stiffness, damping, dry, armature, law.limit, law.delay])
 
     def split_damping(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Damping of servos and of joints, shape (n,) each, as near to the file as possible."""
@@ -62,7 +86,7 @@ class JointNumbers:
         of_servo, damping = self.split_damping(values)
         model.dof_damping[self._dofs] = damping
         for row, term in TERM_OF.items():
-            getattr(model, FIELDS[term])[self._dofs] = values[row]
+            getattr(model, JOINT_TERMS[term].table)[self._dofs] = values[row]
         for joint, servo in enumerate(self._servos):
             gear = model.actuator_gear[servo, 0]
             model.actuator_gainprm[servo, 0] = values[KP, joint] / gear**2
@@ -103,25 +127,55 @@ class JointNumbers:
         edits, where = Edits(text), self.source.where
         compiled = compile_mjcf(text.decode(), self.source.folder)
         elements, changes = Elements(read_tags(text, where), compiled, where), []
-        for joint, term, old, new, half in self._terms(values, halves):
-            attribute, unit = TERMS[term]
-            name = self.robot.joints[joint]
-            present = getattr(compiled, FIELDS[term])[self._dofs[joint]]
-            if new != present:
-                tag = elements.joint(int(compiled.joint(name).id))
-                edits.set(tag, **{attribute: f"{new:.{DIGITS}g}"})
-            if new != old:
-                unit = self.robot.unit(joint, unit)
-                changes.append(Change(f"joint '{name}'", attribute, unit, old, new, half))
+        _, damping = self.split_damping(values)
+        for joint, name in enumerate(self.robot.joints):
+            numbers = {
+                "dry": (self.values[DRY, joint], values[DRY, joint], halves[DRY, joint]),
+                "armature": (self.values[ARMATURE, joint], values[ARMATURE, joint], halves[ARMATURE, joint]),
+                "damping": (self._damping[joint], damping[joint], halves[DAMPING, joint]),
+            }
+            for term, row in numbers.items():
+                number, (old, new, half) = JOINT_TERMS[term], map(float, row)
+                if new != number.read(compiled, self._dofs[joint]):
+                    tag = elements.tag("joint", int(compiled.joint(name).id))
+                    edits.set(tag, **{number.attribute: f"{new:.{DIGITS}g}"})
+                if new != old:
+                    unit = self.robot.unit(joint, number.unit)
+                    changes.append(Change(f"joint '{name}'", number.attribute, unit, old, new, half))
         return edits.text(), tuple(changes)
 
-    def _terms(
-        self, values: np.ndarray, halves: np.ndarray
-    ) -> Iterator[tuple[int, str, float, float, float]]:
-        """Joint, term, number of the file, new number and half of its 95 % interval."""
-        _, damping = self.split_damping(values)
-        for joint in range(self.robot.dof):
-            half = halves[:, joint].tolist()
-            for row, term in TERM_OF.items():
-                yield joint, term, float(self.values[row, joint]), float(values[row, joint]), half[row]
-            yield joint, "damping", float(self._damping[joint]), float(damping[joint]), half[DAMPING]
+
+def servo_changes(fit: ServoFit, file: ServoLaw) -> tuple[ServoChange, ...]:
+    """Numbers of the file's servos that servos identified by measured torque exclude.
+
+    Only joints change whose gains the runs determine. Delays are those of simulations, since torque is
+    sampled within a cycle.
+    """
+    law, std, accuracy = fit.law, fit.std, 0.5 * ACCURACY * fit.period
+    known = np.isfinite(law.stiffness) & (law.stiffness > 0.0) & (law.damping > -3.0 * std.damping)
+    known &= law.delay < LONGEST  # what fits best beyond that is no delay
+    known &= std.stiffness < DETERMINED * np.abs(law.stiffness)
+    of_damping = accuracy * law.damping + CYCLE * fit.period * law.stiffness / 4.0
+    stds = {
+        "kp": np.hypot(std.stiffness, accuracy * law.stiffness),
+        "kv": np.hypot(std.damping, of_damping),
+        "forcerange": std.limit,
+    }
+    # Standard deviations that no number of all servos exceeds by chance, with 95 % confidence.
+    sure = float(norm.ppf(1.0 - 0.025 / (len(known) * len(stds))))
+    changes = []
+    for joint in np.flatnonzero(known).tolist():
+        for quantity, spread in stds.items():
+            new, old = (float(getattr(of, QUANTITIES[quantity])[joint]) for of in (law, file))
+            if np.isfinite(new) and abs(new - old) > sure * spread[joint]:
+                half = NORMAL_95 * float(spread[joint])
+                changes.append(ServoChange(joint, quantity, old, max(new, 0.0), half))
+    return tuple(changes)
+
+
+def changed_law(file: ServoLaw, changes: tuple[ServoChange, ...]) -> ServoLaw:
+    """The law of the file with the changes."""
+    values = {name: np.array(getattr(file, name)) for name in QUANTITIES.values()}
+    for change in changes:
+        values[QUANTITIES[change.quantity]][change.joint] = change.new
+    return replace(file, **values)

@@ -14,7 +14,7 @@ from ..diagnosis.refit import refit
 from ..diagnosis.words.naming import named
 from ..effects import JointEffect, RotorInertia, name_of
 from ..errors import ExidynError
-from ..export.mjcf_changes import Change
+from ..export.changes import Change
 from ..export.mjcf_gears import Gear, add_gears
 from ..export.mjcf_patch import patch
 from ..export.portable import Portable
@@ -24,12 +24,11 @@ from ..fit.needed_changes import needed_changes
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..progress import StageText
-from ..recordings.recording import Recording
 from ..simulation.plant import Transmission
 from ..text_table import NORMAL_95
 from .distances import Distances, Gain, Judge
 from .replay import TORQUE
-from .trial import Trial
+from .trial import Recordings, Trial
 
 NUMBERS = "numbers of the file (masses, inertia, armature, damping, friction)"
 NEGLIGIBLE = "its size, fitted together with the others, cannot be told from zero"
@@ -65,7 +64,7 @@ class Ladder:
     """Sequence of findings, each added to those kept before it."""
 
     trial: Trial  # the file, and the runs that judge
-    recordings: Sequence[tuple[str, Recording]]  # role and recording of each run
+    recordings: Recordings  # role and recording of each run
     filtering: Filtering  # filters
     diagnosis: Diagnosis  # diagnosis of the recordings
     faults: Sequence[Finding]  # findings about the measurement, which every fit includes

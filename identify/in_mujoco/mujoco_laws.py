@@ -26,7 +26,7 @@ from ..model import Model
 from ..recordings.recording import EFFORT, Recording, Signal, interpolated
 from ..recordings.servo_error import FEW, SELDOM, is_servo_error
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of
+from ..robot_files.mjcf_elements import enum_of
 
 
 def with_servo_torque(

@@ -16,7 +16,7 @@ from ..recordings.recording import Recording, interpolated
 from ..recordings.recording_checks import check
 from ..robot_files.mjcf import compile_mjcf
 from ..robot_files.mjcf_drives import servos
-from ..robot_files.mjcf_names import enum_of, input_of, joint_names
+from ..robot_files.mjcf_elements import enum_of, input_of, joint_names
 from .attached import Attached
 from .callbacks import PURPOSE, optional
 from .switched_off import hold_others, mount, silence
@@ -134,39 +134,50 @@ class Simulator:
         if self._attached is not None:
             self._attached.detach()
 
-    def roll(self, run: Run, first: int, last: int) -> np.ndarray:
-        """Simulated positions at samples first + 1 to last of a run, shape (k, n) [rad].
+    def roll(self, windows: Sequence[tuple[Run, int, int]]) -> list[np.ndarray]:
+        """Simulated positions at samples first + 1 to last of windows (run, first, last), (k, n) each [rad].
 
-        The simulation starts in the state at sample `first`; positions are infinite once it has diverged.
+        A simulation starts in the state at sample `first`; positions are infinite once it has diverged.
         """
-        mujoco, model, data = self._mujoco, self.model, self._data
-        time, commands = self._begin(run, first, last)
-        positions = np.full((len(time), len(self._qpos)), np.inf)
-        positions[0] = run.position[first]
-        target = data.ctrl if self._servos else data.qfrc_applied
-        for row, command in enumerate(commands):
-            target[self._inputs] = command
-            mujoco.mj_step(model, data)
-            position = data.qpos[self._qpos]
-            if not np.all(np.abs(position) < BEYOND):
-                break
-            positions[row + 1] = position
-        return _at_samples(run, first, last, time, positions)
-
-    def roll_all(self, windows: Sequence[tuple[Run, int, int]]) -> list[np.ndarray]:
-        """The same for windows (run, first, last), in threads if no effects are attached."""
-        if self._attached is not None:
-            return [self.roll(*window) for window in windows]
-        begun = [self._begin(*window) for window in windows]
-        steps = max(len(commands) for _, commands in begun)
-        padded = [np.pad(rows, ((0, steps - len(rows)), (0, 0)), "edge") for _, rows in begun]
-        states = np.array([self.state_at(run, first) for run, first, _ in windows])
-        positions = self.rolled([self.model] * len(windows), states, np.array(padded))
-        positions[np.logical_or.accumulate(~np.all(np.abs(positions) < BEYOND, axis=2), axis=1)] = np.inf
-        return [
-            _at_samples(*window, time, np.vstack([window[0].position[window[1]], moved])[: len(time)])
-            for window, (time, _), moved in zip(windows, begun, positions, strict=True)
+        step = self.model.opt.timestep
+        times = [
+            step * np.arange(int(np.ceil((run.time[last] - run.time[first]) / step)) + 1)
+            for run, first, last in windows
         ]
+        inputs = [
+            self.inputs_at(run, run.time[first] + time[:-1], self.delay, self._held)
+            for (run, first, _), time in zip(windows, times, strict=True)
+        ]
+        states = np.array([self.state_at(run, first) for run, first, _ in windows])
+        if self._attached is None:
+            steps = max(map(len, inputs))
+            padded = [np.pad(rows, ((0, steps - len(rows)), (0, 0)), "edge") for rows in inputs]
+            positions = [*self.rolled([self.model] * len(windows), states, np.array(padded))]
+        else:
+            positions = [self._stepped(*pair) for pair in zip(states, inputs, strict=True)]
+        simulated = []
+        for (run, first, last), time, moved in zip(windows, times, positions, strict=True):
+            moved[np.logical_or.accumulate(~np.all(np.abs(moved) < BEYOND, axis=1))] = np.inf
+            every = np.vstack([run.position[first], moved])[: len(time)]
+            with np.errstate(invalid="ignore"):
+                moments = run.time[first + 1 : last + 1] - run.time[first]
+                simulated.append(np.nan_to_num(interpolated(moments, time, every), nan=np.inf))
+        return simulated
+
+    def _stepped(self, state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """Positions after each step with effects attached, from a state, with inputs (k, n), shape (k, n)."""
+        model, data = self.model, self._data
+        positions = np.full(inputs.shape, np.inf)
+        self._mujoco.mj_resetData(model, data)
+        self._mujoco.mj_setState(model, data, state, enum_of("mjtState", "mjSTATE_FULLPHYSICS"))
+        target = data.ctrl if self._servos else data.qfrc_applied
+        for row, command in enumerate(inputs):
+            target[self._inputs] = command
+            self._mujoco.mj_step(model, data)
+            positions[row] = data.qpos[self._qpos]
+            if not np.all(np.abs(positions[row]) < BEYOND):
+                break
+        return positions
 
     def rolled(self, models: Sequence[Any], states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """Positions after each step of r versions of the model, shape (r, k, n).
@@ -181,18 +192,6 @@ class Simulator:
         with _quiet(self._mujoco):
             moved, _ = rollout(list(models), data, states, control, control_spec=int(kind))
         return np.asarray(moved[:, :, 1 + np.array(self._qpos)])  # time is first
-
-    def _begin(self, run: Run, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """Set the state at a sample; returns the time of all steps and the end, and the commands."""
-        model, data = self.model, self._data
-        self._mujoco.mj_resetData(model, data)
-        data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
-        self._others.place(model, data)
-        if self._twists:
-            self._bend(run, first)
-        step = model.opt.timestep
-        time = step * np.arange(int(np.ceil((run.time[last] - run.time[first]) / step)) + 1)
-        return time, self.inputs_at(run, run.time[first] + time[:-1], self.delay, self._held)
 
     def _bend(self, run: Run, row: int) -> None:
         """Set the twist of the gears to its static value under their load at a sample of a run."""
@@ -210,10 +209,15 @@ class Simulator:
 
     def state_at(self, run: Run, first: int) -> np.ndarray:
         """Full state of MuJoCo at a sample of a run."""
-        self._begin(run, first, first)
+        model, data = self.model, self._data
+        self._mujoco.mj_resetData(model, data)
+        data.qpos[self._qpos], data.qvel[self._dofs] = run.position[first], run.velocity[first]
+        self._others.place(model, data)
+        if self._twists:
+            self._bend(run, first)
         kind = enum_of("mjtState", "mjSTATE_FULLPHYSICS")
-        state = np.empty(self._mujoco.mj_stateSize(self.model, kind))
-        self._mujoco.mj_getState(self.model, self._data, state, kind)
+        state = np.empty(self._mujoco.mj_stateSize(model, kind))
+        self._mujoco.mj_getState(model, data, state, kind)
         return state
 
     def inputs_at(self, run: Run, time: np.ndarray, delay: np.ndarray, held: bool) -> np.ndarray:
@@ -240,13 +244,6 @@ def _quiet(mujoco: Any) -> Iterator[None]:
         yield
     finally:
         mujoco.set_mju_user_warning(handler)
-
-
-def _at_samples(run: Run, first: int, last: int, time: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """Positions of steps (s, n) at samples first + 1 to last of a run, shape (k, n)."""
-    with np.errstate(invalid="ignore"):
-        moments = run.time[first + 1 : last + 1] - run.time[first]
-        return np.nan_to_num(interpolated(moments, time, positions), nan=np.inf)
 
 
 TOUCHING = 1e-9

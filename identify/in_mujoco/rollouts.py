@@ -58,7 +58,10 @@ class Rollouts:
 
         Versions are joint numbers (6, n); commands are held from sample to sample, or else interpolated.
         """
-        models = [self._version(values) for values in versions]
+        models = [copy(self._simulator.model) for _ in versions]
+        for model, values in zip(models, versions, strict=True):
+            self._numbers.set(model, values)
+            self._mujoco.mj_setConst(model, self._data)
         # Inputs in every step of each window, version by version.
         inputs_at, count = self._simulator.inputs_at, len(self._windows)
         inputs = np.array(
@@ -73,12 +76,6 @@ class Rollouts:
         )[:, self._rows].reshape(len(models), *self._real.shape)
         position[~np.logical_and.accumulate(np.abs(position) < BEYOND, axis=2)] = BEYOND
         return np.clip((position - self._real) / self._usual, -DIVERGED, DIVERGED)
-
-    def _version(self, values: np.ndarray) -> object:
-        model = copy(self._simulator.model)
-        self._numbers.set(model, values)
-        self._mujoco.mj_setConst(model, self._data)
-        return model
 
 
 def _windows(runs: Sequence[Run], seconds: float, most: float) -> list[tuple[Run, int]]:

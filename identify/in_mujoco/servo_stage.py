@@ -11,20 +11,18 @@ import numpy as np
 
 from ..diagnosis.runs.usable import HELD_OUT
 from ..errors import ExidynError
-from ..export.mjcf_changes import Change
+from ..export.changes import Change
 from ..fit.servo_fit import ServoRun, identify_servos
 from ..model import Model
 from ..preparation.prepare import Filtering
 from ..recordings.recording import Recording
 from ..recordings.servo_error import is_servo_error
 from .distances import Gain, Judge
-from .joint_numbers import DELAY, KP, LIMIT, JointNumbers
+from .joint_numbers import DELAY, KP, LIMIT, JointNumbers, ServoChange, servo_changes
 from .ladder import FARTHER
 from .replay import POSITION
-from .servo_changes import DELAY as LATER
-from .servo_changes import ServoChange, servo_changes
 from .simulated_numbers import simulated_numbers
-from .trial import Source, Trial, simulated_runs
+from .trial import Recordings, Source, Trial, simulated_runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,16 +47,11 @@ def unchanged(source: Source, model: Model) -> ServoStage:
 
 
 def servo_stage(
-    source: Source,
-    model: Model,
-    recordings: Sequence[tuple[str, Recording]],
-    raw: Sequence[tuple[str, Recording]],
-    filtering: Filtering,
-    judge: Judge,
+    source: Source, model: Model, recordings: Recordings, raw: Recordings, filtering: Filtering, judge: Judge
 ) -> ServoStage:
     """Identify the servos from the runs that are not held out, and write what differs into the file.
 
-    Runs are a role and a recording each; those in `raw` have a torque. The judge decides on the held-out runs
+    Those in `raw` have a torque. The judge decides on the held-out runs
     whether the changes are written.
     """
     used = [run for role, run in recordings if role != HELD_OUT and "command" in run.signals]
@@ -69,10 +62,7 @@ def servo_stage(
         Trial(source, model, simulated_runs(raw, filtering, held_out), POSITION) for held_out in (False, True)
     )
     try:
-        if any(is_servo_error(run.settings) for run in used):
-            stage = _by_simulation(numbers, training, judging)
-        else:
-            stage = _by_torque(numbers, used, training, judging)
+        stage = _identified(numbers, used, training, judging)
     except ExidynError as error:
         return replace(unchanged(source, model), gain=Gain.SAME, reason=" ".join(str(error).split()))
     if not stage.changes:
@@ -84,28 +74,27 @@ def servo_stage(
     return replace(stage, gain=gain)
 
 
-def _by_simulation(numbers: JointNumbers, training: Trial, judging: Trial) -> ServoStage:
-    """All numbers from simulations, for runs without measured torque."""
-    result = simulated_numbers(numbers, training, judging, numbers.source.text)
-    changes = numbers.servo_changes(result.values, result.halves)
-    written = numbers.with_servos(changes)
-    text, joints = numbers.with_joints(written.text, result.values, result.halves)
-    undetermined = tuple(np.flatnonzero(result.undetermined).tolist())
-    return ServoStage(written, changes, text, joints, result.values[DELAY], result.held, undetermined)
-
-
-def _by_torque(
+def _identified(
     numbers: JointNumbers, used: Sequence[Recording], training: Trial, judging: Trial
 ) -> ServoStage:
-    """Gains and limits from measured torque; delays, friction and armature from simulations."""
-    robot = numbers.robot
-    fit = identify_servos([ServoRun.of(run, robot.drive_gain) for run in used])
-    changes = servo_changes(fit, numbers.law)
-    known = JointNumbers(numbers.with_servos(changes), robot, fixed=True)
+    """Stage with all numbers that the used runs and simulations give.
+
+    Gains and limits come from measured torque, if there is any, and delays, friction and armature from
+    simulations.
+    """
+    by_torque = not any(is_servo_error(run.settings) for run in used)
+    known, changes = numbers, tuple[ServoChange, ...]()
+    if by_torque:
+        robot = numbers.robot
+        fit = identify_servos([ServoRun.of(run, robot.drive_gain) for run in used])
+        changes = servo_changes(fit, numbers.law)
+        known = JointNumbers(numbers.with_servos(changes), robot, fixed=True)
     training, judging = (replace(trial, source=known.source) for trial in (training, judging))
-    result = simulated_numbers(known, training, judging, known.source.text, (KP, LIMIT))
+    rows = (KP, LIMIT) if by_torque else ()
+    result = simulated_numbers(known, training, judging, known.source.text, rows)
     simulated = known.servo_changes(result.values, result.halves)
-    changes = (*changes, *(change for change in simulated if change.quantity == LATER))
+    changes += tuple(change for change in simulated if not by_torque or change.quantity == "delay")
     written = numbers.with_servos(changes)
     text, joints = known.with_joints(written.text, result.values, result.halves)
-    return ServoStage(written, changes, text, joints, result.values[DELAY], result.held)
+    undetermined = tuple(np.flatnonzero(result.undetermined).tolist())
+    return ServoStage(written, changes, text, joints, result.values[DELAY], result.held, undetermined)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..text_table import NORMAL_95
 from .distances import HORIZONS, MATERIAL, SURE
-from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT, JointNumbers
+from .joint_numbers import ACCURACY, ARMATURE, CYCLE, DAMPING, DELAY, DETERMINED, DRY, KP, LIMIT, JointNumbers
 from .other_masses import MOST, joints_with_other_masses
 from .replay import POSITION, Run
 from .rollouts import SECONDS, Rollouts
@@ -37,15 +37,8 @@ FEW, BRIEF = 16, 4
 SLOW = 0.005
 """Sampling period above which it matters whether commands are held or interpolated [s]: half of it is longer
 than a step of a simulation."""
-ACCURACY = 5.0
-"""Relative accuracy of all numbers but delays per sampling period [1/s], 2 % at 4 ms: signals are sampled
-somewhere within a cycle, and commands may jump between."""
-CYCLE = 1.0 / np.sqrt(12.0)
-"""Standard deviation of a moment within a sampling period, over the period."""
 FINER = 0.25
 """Accuracy of friction and armature over that of stiffness: they do not depend on when a command arrives."""
-DETERMINED = 0.1
-"""Largest relative standard deviation of a stiffness that counts as determined."""
 QUANTILES, LIMITS = (0.5, 0.999), 16
 """Quantiles of the torque that a servo without a limit would have, and number of limits between them."""
 FRICTION = (DAMPING, DRY, ARMATURE)
@@ -61,11 +54,7 @@ class Simulated(NamedTuple):
 
 
 def simulated_numbers(
-    numbers: JointNumbers,
-    training: Trial,
-    judging: Trial,
-    text: bytes,
-    known: Sequence[int] = (),
+    numbers: JointNumbers, training: Trial, judging: Trial, text: bytes, known: Sequence[int] = ()
 ) -> Simulated:
     """Fit joint numbers to the training runs, and keep those of which the judging runs get better.
 
@@ -114,8 +103,12 @@ class _Search:
             start = self._beginning(free)
         tied = [row for row in (KP, DELAY) if row not in self.known]
         common = self.fits.fitted(start, free, tied)
-        if KP not in self.known and np.any(doubtful := self._doubtful(common)):
-            self.doubtful = doubtful
+        if KP not in self.known:
+            # Other masses may stand for the stiffness of a servo that changes little.
+            near = np.abs(np.log(common[KP] / self.file[KP])) < MOST
+            runs, model = self.training.runs, self.training.model
+            self.doubtful = near & joints_with_other_masses(runs, model, common[DELAY])
+        if np.any(self.doubtful):
             free = self._rows(KP, DELAY, *FRICTION)
             common = self.fits.fitted(np.where(free, common, self.file), free, tied)
         # First a delay alone, rather than damping and armature that do nearly the same.
@@ -174,11 +167,6 @@ class _Search:
         free[[row for row in rows if row not in self.known]] = True
         free[KP] &= ~self.doubtful
         return free
-
-    def _doubtful(self, common: np.ndarray) -> np.ndarray:
-        """Whether other masses may stand for the stiffness of each joint's servo, shape (n,)."""
-        few = np.abs(np.log(common[KP] / self.file[KP])) < MOST
-        return few & joints_with_other_masses(self.training.runs, self.training.model, common[DELAY])
 
     def _better(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Whether the second version is nearer to the judging runs, for each joint by itself, shape (n,).

@@ -18,8 +18,15 @@ from ..arm.robot import Robot
 from ..export.mjcf_gears import TWIST
 from ..export.mjcf_patch import held_in
 from ..robot_files.mjcf_dcmotors import SHORTED, dc_motors, is_dc_motor
+from ..robot_files.mjcf_elements import (
+    MOTOR_NUMBERS,
+    actuators,
+    drives_joint,
+    enum_of,
+    joint_equalities,
+    joint_names,
+)
 from ..robot_files.mjcf_held import followed, held_positions
-from ..robot_files.mjcf_names import actuators, drives_joint, enum_of, joint_equalities, joint_names
 
 ROTOR = 1e15
 """Inertia of a held joint [kg m^2, kg]: a force of 1000 N moves it by less than 1e-8 m in 100 s."""
@@ -94,10 +101,8 @@ OPEN = 1e30
 """Resistance of an open circuit [ohm]."""
 RESISTANCE, PROPORTIONAL, INTEGRAL, DERIVATIVE = 0, 4, 5, 6
 """Places in `actuator_gainprm` of a DC motor."""
-BRISTLE_DAMPING = 6
-"""Place in `actuator_dynprm`."""
-AMPLITUDE, COULOMB, STATIC = 0, 3, 4
-"""Places in `actuator_biasprm`."""
+REMOVED = ("bristle_damping", "coulomb", "static", "amplitude")
+"""Numbers of a DC motor that are zero while effects replace its friction and cogging."""
 
 
 def silence(model: Any, joints: Sequence[int]) -> None:
@@ -105,19 +110,12 @@ def silence(model: Any, joints: Sequence[int]) -> None:
     for actuator in actuators(model):
         if not drives_joint(model, actuator) or model.actuator_trnid[actuator][0] not in joints:
             continue
-        if is_dc_motor(model, actuator):
-            _open_circuit(model, actuator)
-        else:
-            model.actuator_gainprm[actuator] = model.actuator_biasprm[actuator] = 0.0
-
-
-def _open_circuit(model: Any, actuator: int) -> None:
-    """Let no current flow through a motor that has an input."""
-    if int(model.actuator_ctrlspec[actuator]) == SHORTED:
-        return
-    gain = model.actuator_gainprm[actuator]
-    gain[RESISTANCE], gain[PROPORTIONAL], gain[DERIVATIVE] = OPEN, 0.0, 0.0
-    gain[INTEGRAL] = np.finfo(float).tiny if gain[INTEGRAL] > 0.0 else 0.0
+        gain = model.actuator_gainprm[actuator]
+        if not is_dc_motor(model, actuator):
+            gain[:] = model.actuator_biasprm[actuator] = 0.0
+        elif int(model.actuator_ctrlspec[actuator]) != SHORTED:  # no current flows
+            gain[RESISTANCE], gain[PROPORTIONAL], gain[DERIVATIVE] = OPEN, 0.0, 0.0
+            gain[INTEGRAL] = np.finfo(float).tiny if gain[INTEGRAL] > 0.0 else 0.0
 
 
 class MotorFriction:
@@ -125,16 +123,15 @@ class MotorFriction:
 
     def __init__(self, model: Any, joints: Sequence[int]) -> None:
         self._model, self._motors = model, [motor.index for motor in dc_motors(model, joints)]
-        self._bias = model.actuator_biasprm[self._motors].copy()
-        self._dynamics = model.actuator_dynprm[self._motors].copy()
+        tables = dict.fromkeys(MOTOR_NUMBERS[name].table for name in REMOVED)
+        self._original = {table: getattr(model, table)[self._motors].copy() for table in tables}
 
     def remove(self) -> None:
         """Set friction and cogging to zero."""
-        for motor in self._motors:
-            self._model.actuator_biasprm[motor, [AMPLITUDE, COULOMB, STATIC]] = 0.0
-            self._model.actuator_dynprm[motor, BRISTLE_DAMPING] = 0.0
+        for number in (MOTOR_NUMBERS[name] for name in REMOVED):
+            getattr(self._model, number.table)[self._motors, number.column] = 0.0
 
     def restore(self) -> None:
         """Restore the numbers of the file."""
-        self._model.actuator_biasprm[self._motors] = self._bias
-        self._model.actuator_dynprm[self._motors] = self._dynamics
+        for table, rows in self._original.items():
+            getattr(self._model, table)[self._motors] = rows

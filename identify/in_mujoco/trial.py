@@ -21,6 +21,9 @@ from .distances import Distances, distances
 from .replay import POSITION, Run, Simulator
 from .switched_off import weight
 
+Recordings = Sequence[tuple[str, Recording]]
+"""Role and recording of each run."""
+
 
 class Source(NamedTuple):
     """The user's file: its text, the folder of the files that it refers to, and its name in errors."""
@@ -68,8 +71,8 @@ class Trial:
             return distances(simulator, self.model.robot, self.runs)
 
 
-def require_unloaded(recordings: Sequence[tuple[str, Recording]]) -> None:
-    """Require that runs, each a role and a recording, can be simulated: some are fitted, and some judge."""
+def require_unloaded(recordings: Recordings) -> None:
+    """Require that runs can be simulated: some are fitted, and some judge."""
     if not any(role == HELD_OUT for role, _ in recordings):
         raise RecordingError(
             "no run is held out to decide which findings help: add one that is not fitted, --validate RUN"
@@ -82,12 +85,10 @@ def require_unloaded(recordings: Sequence[tuple[str, Recording]]) -> None:
             )
 
 
-def simulated_runs(
-    recordings: Sequence[tuple[str, Recording]], filtering: Filtering, held_out: bool
-) -> tuple[Run, ...]:
+def simulated_runs(recordings: Recordings, filtering: Filtering, held_out: bool) -> tuple[Run, ...]:
     """Held-out or fitted runs without a payload, prepared for replay."""
     return tuple(Run.of(run, filtering) for run in _unloaded(recordings, held_out))
 
 
-def _unloaded(recordings: Sequence[tuple[str, Recording]], held_out: bool) -> list[Recording]:
+def _unloaded(recordings: Recordings, held_out: bool) -> list[Recording]:
     return [run for role, run in recordings if (role == HELD_OUT) == held_out and run.payload is None]

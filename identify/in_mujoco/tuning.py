@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..export.mjcf_changes import SAME
+from ..export.changes import SAME
 from ..fit.needed_changes import with_needed_changes
 from ..fit.servo_fit import LONGEST
 from .joint_numbers import ARMATURE, DAMPING, DELAY, DRY, KP, LIMIT

@@ -4,8 +4,8 @@ import numpy as np
 
 from ..document.document import Block, Cell, Number, Paragraph, Table
 from ..in_mujoco.gap import Gap
+from ..in_mujoco.joint_numbers import UNITS
 from ..in_mujoco.replay import TORQUE
-from ..in_mujoco.servo_changes import UNITS
 
 STATED = (
     "All torques, and so masses, friction and kp, are proportional to these gains. A run with a known "

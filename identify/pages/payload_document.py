@@ -77,8 +77,7 @@ def _form(result: PayloadEstimate, name: str) -> list[Block]:
     """The payload as a controller takes it, or why it cannot be stated."""
     if obstacle := result.obstacle(name):
         return [Paragraph(obstacle)]
-    title = (FORMATS[name].__doc__ or "").partition("\n")[0]
-    return [Paragraph(f"{name}: {title}"), Code(result.text(name))]
+    return [Paragraph(f"{name}: {FORMATS[name].title}"), Code(result.text(name))]
 
 
 def verdict(result: PayloadEstimate) -> list[str]:

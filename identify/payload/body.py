@@ -13,18 +13,19 @@ from itertools import permutations, product
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from ..arm.rigid_regressor import INERTIAL
 from ..effects.effect import Parameter
-from ..effects.rigid_body import UNITS
+from ..effects.rigid_body import UNITS, body_inertia, inertial_parameters
 from ..fit.base_parameters import BaseParameters
 from ..fit.estimators.consistent import Held, nearest
 from ..text_table import NORMAL_95
 
 MASS = INERTIAL.index("M")
 MOMENTS = slice(INERTIAL.index("MX"), INERTIAL.index("MZ") + 1)
-ROWS, COLUMNS = np.triu_indices(3)
-"""Elements of an inertia in `INERTIAL` order: xx, xy, xz, yy, yz, zz."""
+ELEMENTS = np.triu_indices(3)
+"""Places of the elements of an inertia in `INERTIAL` order: xx, xy, xz, yy, yz, zz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +41,13 @@ class Body:
     @classmethod
     def of(cls, parameters: np.ndarray) -> "Body":
         """The body of ten parameters in `INERTIAL` order, about the origin of the flange."""
-        mass, center = float(parameters[MASS]), parameters[MOMENTS] / parameters[MASS]
-        return cls(mass, center, symmetric(about_center(parameters)))
+        body = body_inertia(parameters)
+        return cls(float(body.mass), body.lever, body.inertia)
 
     @property
     def parameters(self) -> np.ndarray:
         """Ten parameters in `INERTIAL` order, about the origin of the flange, shape (10,)."""
-        about_flange = self.inertia + self.mass * steiner(self.center)
-        return np.concatenate([about_flange[ROWS, COLUMNS], self.mass * self.center, [self.mass]])
+        return inertial_parameters(pin.Inertia(self.mass, self.center, self.inertia))
 
     @property
     def principal(self) -> tuple[np.ndarray, np.ndarray]:
@@ -65,24 +65,6 @@ class Body:
         right_handed = [(order, rotation) for order, rotation in sets if np.linalg.det(rotation) > 0.0]
         order, rotation = max(right_handed, key=lambda pair: float(np.trace(pair[1])))
         return moments[order], rotation
-
-
-def about_center(parameters: np.ndarray) -> np.ndarray:
-    """Inertia about the center of mass of ten parameters, six elements in `INERTIAL` order, shape (6,)."""
-    shift = parameters[MASS] * steiner(parameters[MOMENTS] / parameters[MASS])
-    return np.asarray(parameters[:6] - shift[ROWS, COLUMNS])
-
-
-def symmetric(elements: np.ndarray) -> np.ndarray:
-    """Symmetric matrix (3, 3) from xx, xy, xz, yy, yz, zz."""
-    matrix = np.zeros((3, 3))
-    matrix[ROWS, COLUMNS] = matrix[COLUMNS, ROWS] = elements
-    return matrix
-
-
-def steiner(center: np.ndarray) -> np.ndarray:
-    """Inertia of a unit point mass at `center` about the origin, shape (3, 3) [m^2]."""
-    return np.asarray(center @ center * np.eye(3) - np.outer(center, center))
 
 
 STEP = 1e-6
@@ -157,14 +139,15 @@ def _fieller(estimate: np.ndarray, covariance: np.ndarray, axis: int) -> tuple[f
 
 def _inertia(estimate: np.ndarray, covariance: np.ndarray, body: Body) -> tuple[Interval, ...]:
     """Intervals of xx, xy, xz, yy, yz, zz about the center of mass."""
-    values = body.inertia[np.triu_indices(3)]
     unknown = estimate[MASS] <= NORMAL_95 * np.sqrt(covariance[MASS, MASS])
     slope = np.zeros((6, 10))
     for k in range(10):
         step = np.zeros(10)
         step[k] = STEP * max(abs(estimate[k]), np.sqrt(covariance[k, k]))
-        slope[:, k] = (about_center(estimate + step) - about_center(estimate - step)) / (2.0 * step[k])
-    middle, std = about_center(estimate), np.sqrt(np.einsum("ij,jk,ik->i", slope, covariance, slope))
+        difference = body_inertia(estimate + step).inertia - body_inertia(estimate - step).inertia
+        slope[:, k] = difference[ELEMENTS] / (2.0 * step[k])
+    middle, values = body_inertia(estimate).inertia[ELEMENTS], body.inertia[ELEMENTS]
+    std = np.sqrt(np.einsum("ij,jk,ik->i", slope, covariance, slope))
     half = np.full(6, np.inf) if unknown else NORMAL_95 * std
     least = [0.0 if name in ("XX", "YY", "ZZ") else -np.inf for name in INERTIAL[:6]]
     return tuple(

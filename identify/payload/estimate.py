@@ -16,6 +16,7 @@ blocks.
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -138,6 +139,8 @@ def _certain(
 ) -> np.ndarray:
     """Covariance of the payload (10, 10) from noise alone: arm, gains and friction are exact."""
     loaded = np.flatnonzero(rows.loaded)
+    lengths = [run.stop - run.start for run in rows.equations.runs if rows.loaded[run.start]]
+    stops = np.cumsum([0, *lengths]).tolist()
     root = known.root[rows.payload, rows.payload]  # the payload's prior does not depend on the others
     part = jacobian[loaded][:, :, rows.payload]
     equations = replace(
@@ -145,7 +148,7 @@ def _certain(
         regressor=part,
         current=rows.equations.current[loaded],
         weight=rows.equations.weight[loaded],
-        runs=tuple(_runs(rows)),
+        runs=tuple(slice(first, last) for first, last in pairwise(stops)),
     )
     return np.asarray(root @ _spread(part @ root, residual[loaded], equations, slow) @ root.T)
 
@@ -162,10 +165,3 @@ def _spread(jacobian: np.ndarray, residual: np.ndarray, equations: Equations, sl
     covariance = np.eye(jacobian.shape[2])
     covariance[np.ix_(seen, seen)] = spread.covariance
     return covariance
-
-
-def _runs(rows: Rows) -> list[slice]:
-    """Runs with the payload, as slices of their own rows."""
-    lengths = [run.stop - run.start for run in rows.equations.runs if rows.loaded[run.start]]
-    stops = np.cumsum([0, *lengths])
-    return [slice(int(a), int(b)) for a, b in zip(stops[:-1], stops[1:], strict=True)]

@@ -6,7 +6,6 @@ of the fit, including that of the gains, so that an uncertain gain makes the mas
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -135,55 +134,38 @@ def alike(deviation: np.ndarray) -> np.ndarray:
     return np.outer(deviation, deviation) * (ALIKE + (1.0 - ALIKE) * np.eye(len(deviation)))
 
 
-class StatedCenter(NamedTuple):
-    """A center of mass that is known, and a guess of the mass."""
-
-    center: np.ndarray  # center of mass in the flange frame, shape (3,) [m]
-    mass: float  # mass by which an error of the center is multiplied [kg]
-
-
 def complete(
-    rows: Rows,
-    arm: tuple[np.ndarray, np.ndarray],
-    values: np.ndarray,
-    gain: np.ndarray,
-    stated: StatedCenter | None = None,
-    scaled: bool = True,
+    rows: Rows, mean: np.ndarray, covariance: np.ndarray, center: np.ndarray | None, mass: float, scaled: bool
 ) -> Known:
-    """Prior of all unknowns from that of arm and gains, mean and covariance.
+    """Prior of all unknowns from that of arm and gains, mean (b + n,) and covariance (b + n, b + n).
 
-    The base parameters `values` (b,) of the arm and its drive gains (n,) give the size of changes. `stated`
-    is None if the center of mass is unknown; for `scaled` see `Known`.
+    `center` (3,) [m] is the center of mass, None if it is unknown, and `mass` a guess of the mass [kg]; for
+    `scaled` see `Known`.
     """
-    mean, covariance = arm
-    count, n, changes = rows.arm, len(gain), len(rows.changing)
+    body, changes = rows.payload, len(rows.changing)
     _, nominal = prior(rows.equations)
-    body = rows.payload
-    size = len(INERTIAL)
-    total = count + size + changes + n
+    total = len(mean) + len(INERTIAL) + changes
     full_mean, full = np.zeros(total), np.zeros((total, total))
-    outer = np.concatenate([np.arange(count), count + size + changes + np.arange(n)])
+    outer = np.r_[: rows.arm, body.stop + changes : total]
     full_mean[outer], full[np.ix_(outer, outer)] = mean, covariance
-    full[body, body] = _payload_prior(np.diag(nominal)[body], stated)
-    places = count + size + np.arange(changes)
-    full[places, places] = _change(rows, values, gain) ** 2
+    variance = np.diag(nominal)[body]
+    full[body, body] = np.diag(variance)
+    if center is not None:  # it ties the moments to the mass
+        slope = np.append(center, 1.0)
+        moments = np.outer(slope, slope) * variance[MASS]
+        moments[np.arange(3), np.arange(3)] += (RULER * mass) ** 2
+        tied = slice(body.start + MOMENTS.start, body.stop)
+        full[tied, tied] = moments
+    places = body.stop + np.arange(changes)
+    full[places, places] = _change(rows, mean[: rows.arm]) ** 2
     return Known(full_mean, root(full), scaled)
 
 
-def _payload_prior(variance: np.ndarray, stated: StatedCenter | None) -> np.ndarray:
-    """Prior covariance of the payload (10, 10), wide; a known center ties the moments to the mass."""
-    covariance = np.diag(variance)
-    if stated is None:
-        return covariance
-    slope = np.append(stated.center, 1.0)
-    moments = np.outer(slope, slope) * variance[MASS]
-    moments[np.arange(3), np.arange(3)] += (RULER * stated.mass) ** 2
-    covariance[MOMENTS.start :, MOMENTS.start :] = moments
-    return covariance
+def _change(rows: Rows, values: np.ndarray) -> np.ndarray:
+    """Standard deviation of the change of each changing parameter between runs, shape (c,).
 
-
-def _change(rows: Rows, values: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """Standard deviation of the change of each changing parameter between runs, shape (c,)."""
+    The base parameters (b,) of the arm and its drive gains give the size of changes.
+    """
     equations = rows.equations
     columns = equations.regressor[:, :, rows.changing]
     rms = np.sqrt(np.mean(np.sum(columns**2, axis=1), axis=0))

@@ -8,7 +8,7 @@ from ..errors import FitError, UnknownKey
 from ..notebook import InNotebook
 from ..text_table import digits
 from .body import Body, Interval, Intervals
-from .formats import FORMATS, FRAMES, is_own_flange
+from .formats import FORMATS, is_own_flange
 from .pose_check import Check
 
 FIT, DIFFERENCE, DESCRIPTION = "fit", "difference", "description"
@@ -101,9 +101,10 @@ class PayloadEstimate(InNotebook):
         if not self.mass.low > 0.0:
             return f"{format}: no form, since the mass may be zero"
         if not is_own_flange(format, self.frame):
+            flanges = " or ".join(FORMATS[format].frames)
             return (
                 f"{format}: no form, since the payload is in frame {self.frame}, and the controller expects "
-                f"its own flange ({' or '.join(FRAMES[format])}); state it under [flange] in robot.toml"
+                f"its own flange ({flanges}); state it under [flange] in robot.toml"
             )
         return ""
 

@@ -7,6 +7,7 @@ agrees with the other samples.
 """
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -124,12 +125,9 @@ def _most_different(rows: Rows, full: Posterior, windows: list[slice]) -> tuple[
     body = rows.equations.regressor[:, :, rows.payload] @ full.payload / (full.noise * full.slow)
     means = np.array([np.mean(body[w], axis=0) for w in usable])
     distance = np.linalg.norm(means[:, None] - means[None], axis=2)
-    for a, first in enumerate(usable):
-        for b, second in enumerate(usable):
-            if _overlap(first, second):
-                distance[a, b] = -1.0
-    best = divmod(int(np.argmax(distance)), len(usable))
-    return (usable[best[0]], usable[best[1]]) if distance[best] > 0.0 else None
+    apart = [(a, b) for a, b in combinations(range(len(usable)), 2) if not _overlap(usable[a], usable[b])]
+    best = max(apart, key=distance.__getitem__, default=None)
+    return (usable[best[0]], usable[best[1]]) if best is not None and distance[best] > 0.0 else None
 
 
 def _pose(rows: Rows, fit: Posterior, noise: np.ndarray, position: np.ndarray, window: slice) -> PoseCheck:

@@ -82,9 +82,7 @@ def arm_base(model: Model) -> BaseParameters:
     base = base_parameters(model, ("",))
     arm = [k for k, parameter in enumerate(base.parameters) if not parameter.name.endswith(TOOL)]
     return replace(
-        base,
-        parameters=tuple(base.parameters[k] for k in arm),
-        regrouping=base.regrouping[:, arm],
+        base, parameters=tuple(base.parameters[k] for k in arm), regrouping=base.regrouping[:, arm]
     )
 
 

@@ -21,7 +21,7 @@ from ..recordings.recording import KnownPayload, Recording
 from ..recordings.recording_checks import check
 from .body import MASS, Body, consistent_body, intervals
 from .estimate import Posterior, posterior
-from .known import BARE, Known, StatedCenter, complete, known_from_description, known_from_fit
+from .known import BARE, Known, complete, known_from_description, known_from_fit
 from .payload_estimate import DESCRIPTION, DIFFERENCE, FIT, PayloadEstimate
 from .pose_check import Check, check_poses
 from .rows import TOOL, Rows, arm_base, rows_of, with_columns, with_tool
@@ -56,20 +56,8 @@ def weigh(
         raise RecordingError("no run with the payload; give at least one")
     if fit is not None:
         fit = fit.undropped  # the run with the payload may show what those of the fit did not
-    with threadpool_limits(limits=1):  # see `identify`
-        return _weigh(runs, fit, empty, model, com, filtering, as_recorded, progress)
-
-
-def _weigh(
-    runs: Sequence[Recording],
-    fit: Fit | None,
-    empty: Sequence[Recording],
-    model: Model | None,
-    com: Sequence[float] | None,
-    filtering: Filtering,
-    as_recorded: bool,
-    progress: Progress,
-) -> PayloadEstimate:
+        if filtering.torque_cutoff is None:  # beyond the filters of the fit, nothing is known of the arm
+            filtering = replace(filtering, torque_cutoff=fit.filtering.torque_cutoff)
     recordings = [check_alive(check(run)) for run in (*empty, *runs)]
     arm = _arm(recordings, fit, model)
     tooled = with_tool(arm)
@@ -77,21 +65,24 @@ def _weigh(
         replace(run, model=tooled, payload=None if k < len(empty) else KnownPayload(TOOL))
         for k, run in enumerate(recordings)
     ]
-    warnings: list[str] = []
-    if not as_recorded:
-        progress(StageText("units", "compare units, signs and order of joints with the robot description"))
-        warnings += doubts(recordings, tooled)
-    progress(StageText("filter", "filter and differentiate"))
-    filtering = common_filtering(recordings, _within(filtering, fit))
-    prepared = pooled_noise([prepare(run, filtering) for run in recordings])
-    _require_gains(arm, prepared)
-    base = with_columns(arm_base(tooled) if fit is None else fit.structure or fit.base, tooled)
-    progress(StageText("estimate", "estimate the payload"))
-    rows, result, known = _estimated(tooled, base, prepared, fit, com)
-    progress(StageText("check", "predict two poses that were left out"))
-    position = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
-    checked = check_poses(rows, known, np.concatenate(position), result)
-    return _result(arm, result, checked, runs, empty, fit, warnings, recordings)
+    with threadpool_limits(limits=1):  # see `identify`
+        warnings: list[str] = []
+        if not as_recorded:
+            progress(
+                StageText("units", "compare units, signs and order of joints with the robot description")
+            )
+            warnings += doubts(recordings, tooled)
+        progress(StageText("filter", "filter and differentiate"))
+        filtering = common_filtering(recordings, filtering)
+        prepared = pooled_noise([prepare(run, filtering) for run in recordings])
+        _require_gains(arm, prepared)
+        base = with_columns(arm_base(tooled) if fit is None else fit.structure or fit.base, tooled)
+        progress(StageText("estimate", "estimate the payload"))
+        rows, result, known = _estimated(tooled, base, prepared, fit, com)
+        progress(StageText("check", "predict two poses that were left out"))
+        position = [run.motion.position[run.decimation.centres(len(run.motion))] for run in prepared]
+        checked = check_poses(rows, known, np.concatenate(position), result)
+        return _result(arm, result, checked, runs, empty, fit, warnings, recordings)
 
 
 def _arm(recordings: Sequence[Recording], fit: Fit | None, model: Model | None) -> Model:
@@ -107,13 +98,6 @@ def _arm(recordings: Sequence[Recording], fit: Fit | None, model: Model | None) 
     if fit.measures != "current":
         return arm
     return replace(arm, robot=replace(arm.robot, drive_gain=settled(fit).gain))
-
-
-def _within(filtering: Filtering, fit: Fit | None) -> Filtering:
-    """Filters that are not wider than those of the fit: beyond them, nothing is known of the arm."""
-    if fit is None or filtering.torque_cutoff is not None:
-        return filtering
-    return replace(filtering, torque_cutoff=fit.filtering.torque_cutoff)
 
 
 def _require_gains(arm: Model, prepared: Sequence[Prepared]) -> None:
@@ -136,15 +120,14 @@ def _estimated(
 ) -> tuple[Rows, Posterior, Known]:
     """Equations, estimate and prior, with gear loads that include the payload."""
     described, mass = None, 1.0  # a guess of the mass for the first pass
+    center = None if com is None else np.asarray(com, float)
     for number in range(PASSES):
         rows = rows_of(model, base, prepared)
         if fit is not None:
             arm = known_from_fit(fit, rows)
         elif described is None:  # later, nominal values are those of the last pass
             arm = described = known_from_description(model, rows)
-        values = arm[0][: rows.arm]
-        stated = None if com is None else StatedCenter(np.asarray(com, float), mass)
-        known = complete(rows, arm, values, rows.equations.gain, stated, fit is None)
+        known = complete(rows, *arm, center, mass, scaled=fit is None)
         try:
             result = posterior(rows, known)
         except np.linalg.LinAlgError as error:

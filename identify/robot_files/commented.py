@@ -58,18 +58,14 @@ def _lines(text: str, model: Model, effects: Iterator[Row]) -> Iterator[str]:
 def _of_key(table: str, key: str, effect: Row | None, model: Model) -> str:
     """Meaning of a key of a table."""
     if isinstance(effect, Effect) and key == "values":
-        return _parameters(effect, model)
+        units: dict[str, list[str]] = {}
+        for parameter in effect.parameters(model.robot):
+            units.setdefault(parameter.unit, []).append(parameter.name)
+        words = (f"{', '.join(names)} [{unit}]" for unit, names in units.items())
+        return f"Nominal values of {'; '.join(words)}"
     described = _attributes(effect).get(key, "") if effect is not None else ""
     text = KEYS[table].get(key, "") or described
     return text[:1].upper() + text[1:]
-
-
-def _parameters(effect: Effect, model: Model) -> str:
-    """Names and units of an effect's parameters."""
-    units: dict[str, list[str]] = {}
-    for parameter in effect.parameters(model.robot):
-        units.setdefault(parameter.unit, []).append(parameter.name)
-    return "Nominal values of " + "; ".join(f"{', '.join(names)} [{unit}]" for unit, names in units.items())
 
 
 def _attributes(effect: Row) -> dict[str, str]:

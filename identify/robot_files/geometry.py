@@ -14,15 +14,15 @@ from xml.etree.ElementTree import Element
 import coal
 import numpy as np
 import pinocchio as pin
+from scipy.spatial import ConvexHull, QhullError
 
 from ..arm.robot import Held
 from ..errors import BrokenTree, RobotError
 from .description import is_description, is_mjcf
 from .folders import PACKAGE, VARIABLE, Folders, ros_folders, stated_folders
-from .hulls import hull, read_hull
-from .mjcf import Part, body_parts, compile_mjcf, mjcf_kinematics
+from .mjcf import body_parts, compile_mjcf, mjcf_kinematics
+from .mjcf_elements import enum_of, name_of
 from .mjcf_held import placement_of
-from .mjcf_names import enum_of, name_of
 from .robot_file import DESCRIPTIONS, builtin_names
 from .toml_fields import parse_toml, read_text, string
 from .urdf import parse_urdf, read_choice, read_urdf
@@ -140,31 +140,26 @@ def _find_mesh(name: str, urdf: Path, package_dirs: Sequence[str | Path], where:
         name = name.removeprefix(prefix)
     scheme = next((prefix for prefix in IN_PACKAGES if name.startswith(prefix)), "")
     package, _, inside = name.removeprefix(scheme).partition("/") if scheme else ("", "", name)
-    stated, around = [*map(Path, package_dirs), *stated_folders()], urdf.resolve().parents
-    folders = [*stated, *around, *ros_folders()] if scheme else [urdf.parent, *stated]
+    stated, parents = [*map(Path, package_dirs), *stated_folders()], urdf.resolve().parents
+    folders = [*stated, *parents, *ros_folders()] if scheme else [urdf.parent, *stated]
     for folder in dict.fromkeys(folders):
         roots = [folder / package]
         if package and (folder.name == package or (folder / PACKAGE).is_file()):
             roots.append(folder)  # a package that was checked out under another name, or stated itself
         for root in roots:
             if (root / inside).is_file():
-                return _allowed(root / inside, root, package, urdf, Folders.of(urdf, package_dirs), where)
-    others = [str(folder) for folder in dict.fromkeys(folders) if folder.resolve() not in around]
+                mesh, around = root / inside, root.resolve() in parents and root.name == package
+                stated_package = package and (around or (root / PACKAGE).is_file())
+                if stated_package and mesh.resolve().is_relative_to(root.resolve()):
+                    return mesh  # the URDF may name files of a package
+                return Folders.of(urdf, package_dirs).require(mesh, where)
+    others = [str(folder) for folder in dict.fromkeys(folders) if folder.resolve() not in parents]
     searched = ", ".join([*others, "the folders around the URDF" if package else "the folder of the URDF"])
     hint = "ROS_PACKAGE_PATH" if package else "put it beside the URDF"
     raise RobotError(
         f"{where}: mesh '{name}' is missing. Searched: {searched}. State its folder in the environment "
         f"variable {VARIABLE}, or {hint}"
     )
-
-
-def _allowed(mesh: Path, root: Path, package: str, urdf: Path, folders: Folders, where: str) -> Path:
-    """The mesh, if it is in the named package or in a folder whose files the URDF may name."""
-    around = root.resolve() in urdf.resolve().parents and root.name == package
-    named = package and (around or (root / PACKAGE).is_file())
-    if named and mesh.resolve().is_relative_to(root.resolve()):
-        return mesh
-    return folders.require(mesh, where)
 
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
@@ -183,35 +178,20 @@ def _read_mjcf_geometry(path: Path, moving: Sequence[str] | None, held: Held) ->
     model = compile_mjcf(path)
     tree = mjcf_kinematics(model, str(path), moving, held).model
     parts = body_parts(model, moving, held, str(path))
+    kinds = {enum_of("mjtGeom", f"mjGEOM_{name.upper()}"): make for name, make in GEOMS.items()}
+    frames = {frame.parentJoint: i for i, frame in enumerate(tree.frames) if frame.type == pin.FrameType.BODY}
     geometry, counts = pin.GeometryModel(), [0] * model.nbody
-    for geom in np.flatnonzero(model.geom_contype | model.geom_conaffinity):
-        shape, body = _geom_shape(model, int(geom)), int(model.geom_bodyid[geom])
-        if shape is not None:
-            name = f"{name_of(model, 'body', body)}_{counts[body]}"
-            geometry.addGeometryObject(_geom_body(model, int(geom), parts[body], tree, name, shape))
-            counts[body] += 1
+    for geom in np.flatnonzero(model.geom_contype | model.geom_conaffinity).tolist():
+        make, body = kinds.get(int(model.geom_type[geom])), int(model.geom_bodyid[geom])
+        if make is None:  # height fields are not convex
+            continue
+        part, name = parts[body], f"{name_of(model, 'body', body)}_{counts[body]}"
+        placement = part.placement * placement_of(model.geom_pos[geom], model.geom_quat[geom])
+        shape = make(model, geom, model.geom_size[geom])
+        frame = frames.get(part.joint, 0)
+        geometry.addGeometryObject(pin.GeometryObject(name, part.joint, frame, placement, shape))
+        counts[body] += 1
     return geometry if geometry.ngeoms else None
-
-
-def _geom_body(
-    model: Any, geom: int, part: Part, tree: pin.Model, name: str, shape: Any
-) -> pin.GeometryObject:
-    """Collision body of a geom, on the joint that carries it."""
-    frames = [
-        index
-        for index, frame in enumerate(tree.frames)
-        if frame.parentJoint == part.joint and frame.type == pin.FrameType.BODY
-    ]
-    placement = part.placement * placement_of(model.geom_pos[geom], model.geom_quat[geom])
-    return pin.GeometryObject(name, part.joint, frames[-1] if frames else 0, placement, shape)
-
-
-def _geom_shape(model: Any, geom: int) -> Any:
-    """Shape for coal; None for height fields, which are not convex."""
-    size, kind = model.geom_size[geom], int(model.geom_type[geom])
-    kinds = {name: enum_of("mjtGeom", f"mjGEOM_{name.upper()}") for name in GEOMS}
-    name = next((name for name, value in kinds.items() if value == kind), "")
-    return GEOMS[name](model, geom, size) if name else None
 
 
 def _mesh(model: Any, geom: int, _: np.ndarray) -> coal.Convex:
@@ -237,3 +217,34 @@ GEOMS = {
     "mesh": _mesh,
 }
 """Kind of a geom -> function that makes its shape from the model, the geom's index and its sizes."""
+
+
+def read_hull(path: Path, scale: np.ndarray, where: str) -> coal.Convex:
+    """Convex hull of a mesh file, with its points scaled along x, y and z."""
+    try:
+        mesh = coal.MeshLoader().load(str(path), scale)
+        return hull(np.array(mesh.vertices(), float).reshape(-1, 3))
+    except (RuntimeError, ValueError, IndexError) as error:
+        first = (str(error).strip() or "no reason given").splitlines()[0]
+        raise RobotError(f"{where}: mesh {path} cannot be read: {first}") from error
+
+
+def hull(points: np.ndarray) -> coal.Convex:
+    """Convex hull of points, shape (k, 3) [m]."""
+    if len(points) < 4:
+        raise ValueError(f"{len(points)} points; a body has at least 4")
+    try:
+        convex = ConvexHull(points)
+    except QhullError:
+        convex = ConvexHull(points, qhull_options="QJ")  # a flat mesh; joggling its points gives it a volume
+    place = np.full(len(points), -1)
+    place[convex.vertices] = np.arange(len(convex.vertices))
+    corners = points[convex.vertices]
+    triangles = place[convex.simplices]
+    first, second, third = np.moveaxis(corners[triangles], 1, 0)
+    inward = np.sum(np.cross(second - first, third - first) * convex.equations[:, :3], axis=1) < 0
+    triangles[inward] = triangles[inward][:, ::-1]  # coal expects counter-clockwise order, seen from outside
+    vertices, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    vertices.extend(list(corners))
+    faces.extend([coal.Triangle(*map(int, row)) for row in triangles])
+    return coal.Convex(vertices, faces)

@@ -58,7 +58,10 @@ def mdh_kinematics(rows: Sequence[Mapping[str, Any]], name: str) -> Kinematics:
         where = f"mdh row {place + 1} ({label})"
         frame = _antecedent(row, place, frames, where)
         frame = Part(frame.joint, frame.placement * _transform(row, where))
-        kind = _kind(row, where)
+        sigma = row.get("sigma", 0)
+        if not isinstance(sigma, int) or sigma not in SIGMA:
+            raise RobotError(f"{where}: sigma {sigma!r}; valid: 0 (revolute), 1 (prismatic), 2 (fixed)")
+        kind = SIGMA[sigma]
         if kind == "fixed":
             fixed.append(frame)
             if "Ia" in row:
@@ -99,13 +102,6 @@ def _antecedent(row: Mapping[str, Any], place: int, frames: Mapping[str, Part], 
             f"{where}: antecedent {antecedent!r} is not a row above it. Valid: 0 (base), {', '.join(names)}"
         )
     return frames[antecedent]
-
-
-def _kind(row: Mapping[str, Any], where: str) -> str:
-    sigma = row.get("sigma", 0)
-    if not isinstance(sigma, int) or sigma not in SIGMA:
-        raise RobotError(f"{where}: sigma {sigma!r}; valid: 0 (revolute), 1 (prismatic), 2 (fixed)")
-    return SIGMA[sigma]
 
 
 def _transform(row: Mapping[str, Any], where: str) -> pin.SE3:

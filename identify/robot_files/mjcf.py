@@ -16,8 +16,8 @@ from .folders import require_mjcf_files
 from .kinematics import Kinematics, Part, add_joint, body_doubts, check_center, joint_model, named_flange
 from .mjcf_dcmotors import dc_motors, gear_ratios, motor_doubts
 from .mjcf_drives import effect_rows, limits_of, motor_coupling, torque_limits
+from .mjcf_elements import HOLD, disabled, joint_equalities, joint_name, name_of, single, turns
 from .mjcf_held import held_placement, held_positions, joint_motion, placement_of
-from .mjcf_names import HOLD, disabled, joint_equalities, joint_name, name_of, single, turns
 from .mjcf_refusals import check_mjcf, gravity_share
 from .urdf import FLANGES, TOOLS
 
@@ -59,10 +59,7 @@ def movable_mjcf_joints(path: Path) -> tuple[list[str], list[str]]:
 
 
 def mjcf_kinematics(
-    model: Any,
-    where: str,
-    moving: Collection[str] | None = None,
-    held: Held = MappingProxyType({}),
+    model: Any, where: str, moving: Collection[str] | None = None, held: Held = MappingProxyType({})
 ) -> Kinematics:
     """Kinematics of a compiled MJCF; `moving` and `held` are those of `read_kinematics`.
 

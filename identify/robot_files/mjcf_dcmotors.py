@@ -21,7 +21,16 @@ from typing import Any
 import numpy as np
 
 from ..notebook import optional
-from .mjcf_names import disabled, drives_joint, input_of, joint_actuators, joint_name, name_of
+from .mjcf_elements import (
+    MOTOR_NUMBERS,
+    attribute_numbers,
+    disabled,
+    drives_joint,
+    input_of,
+    joint_actuators,
+    joint_name,
+    name_of,
+)
 
 SHORTED, VOLTAGE = 16, 8
 """Bits of `actuator_ctrlspec` (mjtCtrlInput): no input at all, and voltage as input."""
@@ -42,8 +51,8 @@ class DcMotor:
     damping: float  # viscous friction of the rotor [N m s/rad]
     stiffness: float  # stiffness of the LuGre bristles [N m/rad]; 0 without LuGre friction
     bristle_damping: float  # damping of the bristles while they deflect [N m s/rad]
-    coulomb: float  # luGre friction at high speed [N m]
-    static: float  # luGre friction at the lowest speed [N m]
+    coulomb: float  # LuGre friction at high speed [N m]
+    static: float  # LuGre friction at the lowest speed [N m]
     stribeck: float  # velocity of the motor over which the friction falls [rad/s]
     amplitude: float  # amplitude of the cogging torque [N m]
     poles: float  # waves of the cogging torque per turn of the motor [-]
@@ -51,27 +60,16 @@ class DcMotor:
 
     @classmethod
     def of(cls, model: Any, index: int) -> "DcMotor":
-        """Motor of an actuator; the places of the numbers are those of the source, table 9."""
-        gain, dynamics = model.actuator_gainprm[index].tolist(), model.actuator_dynprm[index].tolist()
-        bias = model.actuator_biasprm[index].tolist()
-        rough = float(dynamics[5] > 0.0)  # without bristles there is no LuGre friction
+        """Motor of an actuator."""
+        numbers = {name: number.read(model, index) for name, number in MOTOR_NUMBERS.items()}
+        if numbers["stiffness"] <= 0.0:  # without bristles there is no LuGre friction
+            numbers |= dict.fromkeys(attribute_numbers("lugre"), 0.0)
         return cls(
             index=index,
             joint=int(model.actuator_trnid[index][0]),
             gear=float(model.actuator_gear[index][0]),
-            constant=gain[1],
-            resistance=gain[0],
             input=int(model.actuator_ctrlspec[index]),
-            armature=float(model.actuator_armature[index]),
-            damping=float(model.actuator_damping[index]),
-            stiffness=rough * dynamics[5],
-            bristle_damping=rough * dynamics[6],
-            coulomb=rough * bias[3],
-            static=rough * bias[4],
-            stribeck=rough * bias[5],
-            amplitude=bias[0],
-            poles=bias[1],
-            phase=bias[2],
+            **numbers,
         )
 
     @property

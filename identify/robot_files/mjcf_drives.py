@@ -12,7 +12,7 @@ from ..arm.robot import Limits, ServoLaw
 from ..errors import RobotError
 from . import mjcf_dcmotors
 from .mjcf_dcmotors import is_dc_motor
-from .mjcf_names import HOLD, actuators, disabled, enum_of, input_of, joint_actuators, joint_name, name_of
+from .mjcf_elements import HOLD, actuators, disabled, enum_of, input_of, joint_actuators, joint_name, name_of
 
 
 def torque_limits(model: Any, joints: Sequence[int]) -> np.ndarray:

@@ -13,10 +13,8 @@ import pinocchio as pin
 
 from ..arm.robot import Held
 from ..errors import RobotError, UnknownJoint
-from .mjcf_names import enum_of, joint_equalities, joint_name, joint_names, single, turns
+from .mjcf_elements import joint_equalities, joint_name, joint_names, turns
 
-SIZES = {"mjJNT_FREE": 7, "mjJNT_BALL": 4, "mjJNT_SLIDE": 1, "mjJNT_HINGE": 1}
-"""Kind of a joint -> count of its numbers in `qpos`."""
 EXPECTED = {
     7: "its position [m] and its orientation as a quaternion: [x, y, z, qw, qx, qy, qz]",
     4: "a quaternion: [qw, qx, qy, qz]",
@@ -26,10 +24,7 @@ EXPECTED = {
 
 
 def held_positions(
-    model: Any,
-    moving: Collection[str] | None,
-    held: Held = MappingProxyType({}),
-    where: str = "MJCF",
+    model: Any, moving: Collection[str] | None, held: Held = MappingProxyType({}), where: str = "MJCF"
 ) -> dict[int, np.ndarray]:
     """Positions in `qpos` of the joints that are held; `moving` and `held` are those of `read_kinematics`.
 
@@ -119,6 +114,6 @@ def _follow(model: Any, positions: dict[int, np.ndarray], stated: Mapping[int, n
 
 
 def _size(model: Any, joint: int) -> int:
-    if single(model, joint):
-        return 1
-    return next(size for kind, size in SIZES.items() if model.jnt_type[joint] == enum_of("mjtJoint", kind))
+    """Count of a joint's numbers in `qpos`."""
+    addresses = [*model.jnt_qposadr, model.nq]
+    return int(addresses[joint + 1] - addresses[joint])

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..errors import RobotError
 from .mjcf_dcmotors import is_dc_motor, require_readable
-from .mjcf_names import HOLD, actuators, drives_joint, enum_of, joint_equalities, joint_name, name_of
+from .mjcf_elements import HOLD, actuators, drives_joint, enum_of, joint_equalities, joint_name, name_of
 
 ROUNDING = 1e-12
 """Largest difference between shares of gravity that is due to rounding."""
@@ -18,20 +18,17 @@ def check_mjcf(model: Any, parts: Sequence[int], joints: Sequence[int], where: s
 
     `parts` are the indices of the joint that moves each body, 0 for the base; `joints` those that move.
     """
-    for check in (_medium, _plugins, _springs, _equalities, _tendons, _actuators):
+    for check in (_unknown_forces, _springs, _equalities, _tendons, _actuators):
         for refused in check(model, parts, set(joints)):
             raise RobotError(f"{where}: {refused}")
 
 
-def _medium(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
+def _unknown_forces(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     for name in ("density", "viscosity"):
         if value := getattr(model.opt, name):
             yield f"option {name}={value:g}: models have no fluid drag. Set it to 0"
     if model.nflex:
         yield "flex: models have no soft bodies. Remove it"
-
-
-def _plugins(model: Any, parts: Sequence[int], joints: set[int]) -> Iterator[str]:
     for kind in ("body", "actuator"):
         for index, plugin in enumerate(getattr(model, f"{kind}_plugin")):
             if plugin >= 0 and (kind == "actuator" or parts[index]):

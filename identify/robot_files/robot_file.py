@@ -48,9 +48,7 @@ def builtin_names() -> list[str]:
 
 
 def read_model(
-    source: str | Path | pin.Model,
-    joints: Sequence[str] | None = None,
-    held: Held = MappingProxyType({}),
+    source: str | Path | pin.Model, joints: Sequence[str] | None = None, held: Held = MappingProxyType({})
 ) -> Model:
     """Model from a robot.toml, from a .urdf, .xacro or MJCF, or from the name of a built-in robot.
 

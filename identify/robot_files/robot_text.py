@@ -102,19 +102,18 @@ def _flange(robot: Robot) -> dict[str, Any]:
 
 def _links(robot: Robot) -> list[dict[str, Any]]:
     """One row per joint, with its placement on its parent."""
-    frames = zip(joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
-    return [_link(robot, i, joint, frame.child) for i, (joint, frame) in enumerate(frames)]
-
-
-def _link(robot: Robot, place: int, joint: Joint, link: str) -> dict[str, Any]:
-    return {
-        "joint": robot.joints[place],
-        "link": link,
-        "parent": robot.joints[joint.parent] if joint.parent >= 0 else "",
-        "kind": "revolute" if joint.revolute else "prismatic",
-        "axis": joint.axis,
-        **placement_keys(joint.placement),
-    }
+    rows = zip(robot.joints, joints_of(robot.kinematics), link_frames(robot.kinematics), strict=True)
+    return [
+        {
+            "joint": name,
+            "link": frame.child,
+            "parent": robot.joints[joint.parent] if joint.parent >= 0 else "",
+            "kind": "revolute" if joint.revolute else "prismatic",
+            "axis": joint.axis,
+            **placement_keys(joint.placement),
+        }
+        for name, joint, frame in rows
+    ]
 
 
 def _inertia(robot: Robot, place: int) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from ..errors import RobotError
 from .description import is_description
-from .hulls import read_hull
+from .geometry import read_hull
 from .robot_file import builtin_names
 from .toml_fields import check_keys, number, numbers, parse_toml, read_text, string, tables
 

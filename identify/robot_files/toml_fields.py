@@ -69,9 +69,9 @@ def check_keys(table: object, valid: Collection[str], where: str) -> None:
             raise UnknownKey(key, where, list(valid))
 
 
-def string(value: object, where: str, empty: bool = False) -> str:
-    """A text, which may be empty only with `empty`."""
-    if not isinstance(value, str) or not (value or empty):
+def string(value: object, where: str) -> str:
+    """A text that is not empty."""
+    if not isinstance(value, str) or not value:
         raise RobotError(f"{where}: expected a text in quotes; found {value!r}")
     if "\0" in value:
         raise RobotError(f"{where}: {value!r} has a character of code 0, which names and paths cannot have")
@@ -103,15 +103,6 @@ def number(value: object, where: str, low: float = -np.inf, infinite: bool = Fal
     if LARGEST < abs(value) < np.inf:
         raise RobotError(f"{where}: {value} is too large; the magnitude is at most {LARGEST:g}")
     return float(value)
-
-
-def integer(value: object, where: str, low: float = -np.inf) -> int:
-    """A whole number of at least `low`."""
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise RobotError(f"{where}: expected a whole number; found {value!r}")
-    if value < low:
-        raise RobotError(f"{where}: {value} is less than {low:g}")
-    return value
 
 
 def numbers(
@@ -152,10 +143,13 @@ def block(heading: str, table: Mapping[str, Any], tall: bool = False) -> str:
 
 def lines(table: Mapping[str, Any], tall: bool = False) -> str:
     """One line per key; with `tall`, matrices take one line per row."""
-    return "\n".join(
-        f"{_key(key)} = {_rows(value) if tall and np.ndim(value) == 2 else _value_text(value)}"
-        for key, value in table.items()
-    )
+    texts = []
+    for key, value in table.items():
+        text = _value_text(value)
+        if tall and np.ndim(value) == 2:
+            text = "[\n" + "".join(f"  {_value_text(row)},\n" for row in value) + "]"
+        texts.append(f"{_key(key)} = {text}")
+    return "\n".join(texts)
 
 
 def _value_text(value: Any) -> str:
@@ -171,10 +165,6 @@ def _value_text(value: Any) -> str:
     if isinstance(value, int | np.integer):
         return str(int(value))
     return repr(float(value))
-
-
-def _rows(matrix: Sequence | np.ndarray) -> str:
-    return "[\n" + "".join(f"  {_value_text(row)},\n" for row in matrix) + "]"
 
 
 def _key(key: str) -> str:

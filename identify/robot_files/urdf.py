@@ -35,10 +35,7 @@ def read_urdf(path: Path) -> str:
 
 
 def parse_urdf(
-    text: str,
-    where: str = "URDF",
-    moving: Collection[str] | None = None,
-    held: Held = MappingProxyType({}),
+    text: str, where: str = "URDF", moving: Collection[str] | None = None, held: Held = MappingProxyType({})
 ) -> Kinematics:
     """Kinematics of a URDF; a `continuous` joint becomes a revolute joint without limits.
 

@@ -28,7 +28,11 @@ def read_tree(text: str, where: str) -> Element:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise BrokenTree(f"{where}: not well-formed XML: {error}") from error
-    _check_depth(root, where)
+    level, depth = [root], 0
+    while level:
+        level, depth = [inner for element in level for inner in element], depth + 1
+        if depth > DEEPEST:
+            raise BrokenTree(f"{where}: elements nested more than {DEEPEST} deep; a URDF has 5 levels")
     if root.tag != "robot":
         raise BrokenTree(f"{where}: the outermost element is <{root.tag}>, expected <robot>")
     macro = next((e.tag for e in root.iter() if "xacro" in str(e.tag)), None)
@@ -38,14 +42,6 @@ def read_tree(text: str, where: str) -> Element:
             "or name it .xacro"
         )
     return root
-
-
-def _check_depth(root: Element, where: str) -> None:
-    level, depth = [root], 0
-    while level:
-        level, depth = [inner for element in level for inner in element], depth + 1
-        if depth > DEEPEST:
-            raise BrokenTree(f"{where}: elements nested more than {DEEPEST} deep; a URDF has 5 levels")
 
 
 def check_urdf(root: Element, where: str) -> None:

@@ -1,6 +1,6 @@
 """Differences between two recordings of one motion after the same filters, by joint and region."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -148,7 +148,14 @@ def _side_by_side(
     # Velocities are differentiated from positions with the same filter for both.
     excluded = {"velocity"} | (set(EFFORT) - {common} if common else set())
     runs = [_without(simulated, excluded, offset), _without(recorded, excluded)]
-    filtering = fit.filtering if fit else _narrower(runs)
+    if fit:
+        filtering = fit.filtering
+    else:  # frequencies beyond the sampling of one run are no mismatch
+        chosen = [choose(run, Filtering()) for run in runs]
+        filtering = Filtering(
+            position_cutoff=min(each.position_cutoff or np.inf for each in chosen),
+            torque_cutoff=min(each.torque_cutoff or np.inf for each in chosen),
+        )
     simulated_run, recorded_run = (_as_effort(prepare(run, filtering), run, effort) for run in runs)
     if fit and (level := fit.noise_of(effort)) is not None:
         recorded_run = replace(recorded_run, noise=level, noise_source=fit.noise_source)
@@ -163,15 +170,6 @@ def _without(recording: Recording, names: set[str], offset: float = 0.0) -> Reco
         if name not in names
     }
     return replace(recording, signals=signals, host_time=None if offset else recording.host_time)
-
-
-def _narrower(runs: Sequence[Recording]) -> Filtering:
-    """Cut-offs that suit all runs: frequencies beyond the sampling of one run are no mismatch."""
-    chosen = [choose(run, Filtering()) for run in runs]
-    return Filtering(
-        position_cutoff=min(filtering.position_cutoff or np.inf for filtering in chosen),
-        torque_cutoff=min(filtering.torque_cutoff or np.inf for filtering in chosen),
-    )
 
 
 def _as_effort(run: Prepared, recording: Recording, effort: str) -> Prepared:

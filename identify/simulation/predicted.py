@@ -13,7 +13,6 @@ from ..preparation.prepare import Prepared, prepare
 from ..recordings.recording import JOG, KnownPayload, Recording
 from ..recordings.recording_checks import check
 
-Known = tuple[tuple[str, float], ...]
 SAME = 1e-6
 """Relative tolerance at which masses or moments count as equal after being written and read."""
 
@@ -60,17 +59,6 @@ def beside(fit: Fit, runs: Sequence[Prepared], apart: Collection[str] = ()) -> F
     )
 
 
-def as_nominal(fit: Fit) -> Fit:
-    """The fit with nominal parameter values and drive gains in place of its estimates."""
-    base, model = fit.structure or fit.base, fit.model
-    values = base.regrouping @ model.nominal_values
-    size = len(values) + model.robot.dof
-    estimate = replace(
-        fit.estimate, values=values, gain=model.robot.drive_gain, covariance=np.zeros((size, size))
-    )
-    return replace(fit, base=base, estimate=estimate, structure=None, full_estimate=None, dropped={})
-
-
 def _with_payload_of_fit(fit: Fit, recording: Recording) -> Recording:
     """The recording with its payload named as in the fit, and with the fit's values if it has none."""
     payload = recording.payload
@@ -80,19 +68,12 @@ def _with_payload_of_fit(fit: Fit, recording: Recording) -> Recording:
         return replace(recording, payload=KnownPayload(fitted, known_of[fitted]))
     if payload is None:
         return recording
-    matches = [name for name, known in known_of.items() if known == payload.known]
-    matches += [
-        name for name, known in known_of.items() if name == payload.name and _agree(known, payload.known)
-    ]
-    unknown = payload.name if payload.name not in known_of else f"another {payload.name}"
-    name = matches[0] if matches else unknown
+    values = dict(payload.known)
+    name = next((name for name, known in known_of.items() if known == payload.known), payload.name)
+    if name == payload.name and name in known_of:
+        alike = (np.isclose(value, values.get(key, value), rtol=SAME) for key, value in known_of[name])
+        name = name if all(alike) else f"another {name}"
     return replace(recording, payload=replace(payload, name=name))
-
-
-def _agree(first: Known, second: Known) -> bool:
-    """Whether the known values of two payloads may describe the same one."""
-    values = dict(second)
-    return all(np.isclose(value, values.get(name, value), rtol=SAME) for name, value in first)
 
 
 def _why_not_judging(fit: Fit, recording: Recording) -> str:

@@ -6,7 +6,6 @@ from zlib import crc32
 import numpy as np
 
 from ..arm.motion import Motion
-from ..arm.robot import Robot
 from ..effects import Prior
 from ..model import Model
 from ..preparation.filters import earlier
@@ -76,27 +75,23 @@ def as_built(model: Model) -> Model:
     """The model with values drawn within the tolerances of its nominal values.
 
     The random number of each value depends only on its name, so the same model always gives the same arm,
-    even after other effects were added. Mass and moments of a link scale by one
-    factor, so that every body stays physically consistent.
+    even after other effects were added. Mass and moments of a link scale by one factor, so that every body
+    stays physically consistent.
     """
     stated = {}
     for name, prior in model.stated.items():
         known = prior.value and np.isfinite(prior.std)
         tolerance = prior.std / abs(prior.value) if known else USUAL
         stated[name] = Prior(prior.value * _factor(name, tolerance), prior.std)
-    return replace(model, robot=_robot_as_built(model.robot), stated=stated)
-
-
-def _robot_as_built(robot: Robot) -> Robot:
-    tolerances = zip(robot.joints, robot.drive_gain_tolerance, strict=True)
-    factors = [_factor(f"gain {joint}", tolerance) for joint, tolerance in tolerances]
-    kinematics = robot.kinematics.copy()
-    for link, joint in enumerate(robot.joints, start=1):
-        body = kinematics.inertias[link]
+    robot = model.robot
+    kinematics, gain = robot.kinematics.copy(), robot.drive_gain.copy()
+    for place, joint in enumerate(robot.joints):
+        gain[place] *= _factor(f"gain {joint}", robot.drive_gain_tolerance[place])
+        body = kinematics.inertias[place + 1]
         factor = _factor(f"link {joint}", robot.inertial_tolerance)
         body.mass, body.inertia = factor * body.mass, factor * body.inertia
-        kinematics.inertias[link] = body
-    return replace(robot, kinematics=kinematics, drive_gain=np.array(factors) * robot.drive_gain)
+        kinematics.inertias[place + 1] = body
+    return replace(model, robot=replace(robot, kinematics=kinematics, drive_gain=gain), stated=stated)
 
 
 def _factor(name: str, tolerance: float) -> float:

@@ -1,11 +1,17 @@
-"""Torque of an MJCF by MuJoCo's own inverse dynamics, and random motion to compare it in."""
+"""Torque of an MJCF by MuJoCo's own inverse dynamics, random motion to compare it in, and patches of it."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from exidyn.identification.arm.motion import Motion
+from exidyn.identification.errors import RobotWarning
+from exidyn.identification.export import Portable
+from exidyn.identification.export.mjcf_patch import patch
+from exidyn.identification.fit.identified import Standard
+from exidyn.identification.robot_files.robot_file import read_model
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -54,3 +60,26 @@ def smooth_torque(model, motion: Motion) -> np.ndarray:
     values = model.nominal_values.copy()
     values[[name.startswith(("Fc", "Off")) for name in model.names]] = 0.0
     return model.torque(motion, values)
+
+
+def require_same(model, text, held=None, share=1e-6):
+    """Require that MuJoCo computes the torque of the model from a text, up to a share of the largest."""
+    motion = random_motion(model.robot.dof)
+    expected = inverse(compiled(text), motion, model.robot.joints, held)
+    np.testing.assert_allclose(
+        smooth_torque(model, motion), expected, rtol=0, atol=share * np.abs(expected).max()
+    )
+
+
+def read_text(text, folder):
+    """The model of an MJCF text, written to a folder; without warnings."""
+    (folder / "arm.xml").write_bytes(text)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RobotWarning)
+        return read_model(folder / "arm.xml")
+
+
+def patched(model, text, folder):
+    """Patch of an MJCF text by a model, whose priors give the intervals."""
+    standard = Standard(model.nominal_values, np.diag([prior.std**2 for prior in model.priors]))
+    return patch(Portable.of(model), standard, text, str(folder), "arm.xml")

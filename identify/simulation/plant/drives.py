@@ -17,6 +17,8 @@ from ...errors import RobotError
 from . import steps
 from .steps import Cascade, Elastic, Forces, Moved, compiled
 
+FEED_FORWARD = 0.95
+"""Share of the commanded velocity that usual drives add to the output of the position loop [-]."""
 SERVO_LAG = 1e-4
 """Lag of a cascade that represents a servo without damping [s]: a tenth of a step, so that the velocity loop
 has hardly any effect."""
@@ -115,13 +117,7 @@ class DriveControl:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def tuned(
-        cls,
-        inertia: np.ndarray,
-        bandwidth: float,
-        current_limit: np.ndarray,
-        feed_forward: float = 0.95,
-    ) -> "DriveControl":
+    def tuned(cls, inertia: np.ndarray, bandwidth: float, current_limit: np.ndarray) -> "DriveControl":
         """A cascade for joints of some inertia, each loop five times as fast as the one around it.
 
         The inertia is what each motor moves, on the joint side, shape (n,) [kg m^2]. The bandwidth is that of
@@ -129,7 +125,7 @@ class DriveControl:
         """
         speed = np.full(len(inertia), 2 * np.pi * bandwidth)
         unsaturated = np.full(len(inertia), np.inf)
-        return cls(speed / 5, inertia * speed, speed / 5, feed_forward, current_limit, unsaturated)
+        return cls(speed / 5, inertia * speed, speed / 5, FEED_FORWARD, current_limit, unsaturated)
 
     @classmethod
     def position_servo(cls, stiffness: np.ndarray, current_limit: np.ndarray) -> "DriveControl":
@@ -137,10 +133,8 @@ class DriveControl:
 
         Any damping of such a servo is part of the joint's viscous friction.
         """
-        n = len(stiffness)
-        position_gain = np.full(n, 1.0 / SERVO_LAG)
-        infinite = np.full(n, np.inf)
-        return cls(position_gain, stiffness * SERVO_LAG, np.zeros(n), 0.0, current_limit, infinite)
+        none, position_gain = np.zeros(len(stiffness)), np.full(len(stiffness), 1.0 / SERVO_LAG)
+        return cls(position_gain, stiffness * SERVO_LAG, none, 0.0, current_limit, none + np.inf)
 
     @cached_property
     def _saturates(self) -> bool:

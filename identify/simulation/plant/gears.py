@@ -13,6 +13,8 @@ from .steps import Elastic
 
 POSES = 64
 """Number of random poses over which inertia and load are averaged."""
+AMBIENT = 25.0
+"""Temperature around the arm [degC]."""
 TINY = 1e-9
 """Minimum inertia of a link [kg m^2]."""
 LIGHT = 0.01
@@ -127,9 +129,9 @@ class Thermal:
     time_constant: float = 1800.0  # time constant :math:`t_c` [s]
 
     @classmethod
-    def constant(cls, joints: int, ambient: float = 25.0) -> "Thermal":
-        """Joints at constant temperature."""
-        return cls(ambient, np.zeros(joints), np.zeros(joints))
+    def constant(cls, joints: int) -> "Thermal":
+        """Joints at the constant temperature `AMBIENT`."""
+        return cls(AMBIENT, np.zeros(joints), np.zeros(joints))
 
     def after(
         self, temperature: np.ndarray, current: np.ndarray, friction: np.ndarray, seconds: float

@@ -2,32 +2,23 @@
 
 import numpy as np
 
-from ...arm.robot import Robot
 from ...model import Model
 from .drives import DriveControl
 from .forces import ArmForces, Joints
-from .gears import Thermal, Transmission, random_poses
+from .gears import AMBIENT, Thermal, Transmission, random_poses
 from .plant import Plant
 from .sensors import Sensors
 
 BANDWIDTH = 25.0
 """Bandwidth of the velocity loop [Hz]. With the elastic gears of robots, drives reach 20 to 40."""
-
 COUNTS = 2.0**16
 """Encoder counts per motor turn, including interpolation."""
-
 CURRENT_BITS = 13
 """Resolution of the current sensor from zero to its maximum, without the sign [bit]."""
-
 NOISE = 0.002
 """Standard deviation of each of the two current noises relative to the current limit [-]."""
-
-AMBIENT = 25.0
-"""Temperature around the arm [degC]."""
-
 HEAT = 20.0
 """Temperature rise in continuous work at a third of the maximum current and of the speed limit [K]."""
-
 FREE_SPEED = 3.0
 """Speed limit that is assumed if the robot has none [rad/s]."""
 
@@ -39,7 +30,6 @@ def typical_plant(
     gain: np.ndarray | None = None,
     seed: int = 0,
     payload: str = "",
-    transmission: Transmission | None = None,
 ) -> Plant:
     """An arm with control loops, encoders and current sensors typical of industrial arms.
 
@@ -51,7 +41,7 @@ def typical_plant(
     values = model.nominal_values if values is None else values
     gain = model.robot.drive_gain if gain is None else gain
     control, sensors, thermal = typical_parts(model)
-    return Plant(model, values, gain, start, control, sensors, transmission, thermal, payload, seed=seed)
+    return Plant(model, values, gain, start, control, sensors, thermal=thermal, payload=payload, seed=seed)
 
 
 def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
@@ -74,14 +64,11 @@ def typical_parts(model: Model) -> tuple[DriveControl, Sensors, Thermal]:
         current_drift=noise,
     )
     thermal = typical_thermal(model, current_limit / 3)
-    return _control(robot, inertia, current_limit), sensors, thermal
-
-
-def _control(robot: Robot, inertia: np.ndarray, current_limit: np.ndarray) -> DriveControl:
-    """Drives for an inertia (n,) [kg m^2] with a current limit (n,) [A]."""
     if robot.servo is None:
-        return DriveControl.tuned(inertia, BANDWIDTH, current_limit)
-    return DriveControl.position_servo(np.abs(robot.drive_gain) * robot.servo.gain, current_limit)
+        control = DriveControl.tuned(inertia, BANDWIDTH, current_limit)
+    else:
+        control = DriveControl.position_servo(np.abs(robot.drive_gain) * robot.servo.gain, current_limit)
+    return control, sensors, thermal
 
 
 def typical_size(model: Model) -> tuple[np.ndarray, np.ndarray]:

@@ -1,19 +1,15 @@
 """A user's MJCF with DC motors: identified numbers are written once, where they belong."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from exidyn.identification.effects import Prior, StribeckFriction, TorqueRipple
-from exidyn.identification.errors import RobotError, RobotWarning
-from exidyn.identification.export import Portable
-from exidyn.identification.export.mjcf_patch import patch
-from exidyn.identification.fit.identified import Standard
-from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.errors import RobotError
 
-from ...parts.mujoco_models import random_motion
+from ...parts import mujoco_models
+from ...parts.mujoco_models import random_motion, read_text
 
 mujoco = pytest.importorskip("mujoco")
 if not hasattr(mujoco.MjModel, "actuator_ctrlspec"):
@@ -40,17 +36,13 @@ ARM = """<mujoco>
 
 
 def nominal_of(text, tmp_path):
-    (tmp_path / "arm.xml").write_text(text)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RobotWarning)
-        return read_model(tmp_path / "arm.xml")
+    return read_text(text.encode(), tmp_path)
 
 
 def patched(model, text, tmp_path, **values):
     stated = dict(model.stated) | {name: Prior(value, 0.01) for name, value in values.items()}
     model = replace(model, stated=stated)
-    standard = Standard(model.nominal_values, np.diag([prior.std**2 for prior in model.priors]))
-    made = patch(Portable.of(model), standard, text.encode(), str(tmp_path), "arm.xml")
+    made = mujoco_models.patched(model, text.encode(), tmp_path)
     return made.text.decode(), {(c.where, c.attribute): c for c in made.changes}, made.left_out, model
 
 

@@ -12,13 +12,12 @@ from exidyn.identification.effects import Prior
 from exidyn.identification.effects.rigid_body import inertial_parameters, with_bodies
 from exidyn.identification.errors import RobotError
 from exidyn.identification.export import FORMATS, Portable
-from exidyn.identification.export.mjcf_patch import patch
-from exidyn.identification.export.spread import Spread
+from exidyn.identification.export.changes import Spread
 from exidyn.identification.fit.fit_file import write_fit
-from exidyn.identification.fit.identified import Standard, identified, standard_parameters
+from exidyn.identification.fit.identified import identified, standard_parameters
 from exidyn.identification.robot_files.robot_file import read_model
 
-from ...parts.mujoco_models import compiled, inverse, random_motion, smooth_torque
+from ...parts.mujoco_models import compiled, patched, read_text, require_same
 from ...parts.small.small_fit import plain_fit
 from ...parts.small.two_joint_files import NOMINAL
 
@@ -53,11 +52,6 @@ ARM = b"""<?xml version="1.0"?>
 EDITED = re.compile(rb"<(?:joint|inertial)\b[^>]*>")
 
 
-def nominal_of(text, tmp_path):
-    (tmp_path / "arm.xml").write_bytes(text)
-    return read_model(tmp_path / "arm.xml")
-
-
 def found_in(model, links=(0, 1), **values):
     """The model with heavier links and other values of some parameters."""
     bodies = np.array([inertial_parameters(body) for body in list(model.robot.kinematics.inertias)[1:]])
@@ -69,23 +63,12 @@ def found_in(model, links=(0, 1), **values):
     return replace(model, robot=with_bodies(model.robot, bodies), stated=stated)
 
 
-def patched(model, text, tmp_path):
-    found = Standard(model.nominal_values, np.diag([prior.std**2 for prior in model.priors]))
-    return patch(Portable.of(model), found, text, str(tmp_path), "arm.xml")
-
-
-def require_same(model, text):
-    motion = random_motion(model.robot.dof)
-    expected = inverse(compiled(text.decode()), motion, model.robot.joints)
-    np.testing.assert_allclose(smooth_torque(model, motion), expected, atol=1e-6 * np.abs(expected).max())
-
-
 def test_mujoco_computes_what_was_found_and_the_rest_of_the_file_stays(tmp_path):
-    nominal = nominal_of(ARM, tmp_path)
+    nominal = read_text(ARM, tmp_path)
     assert nominal.robot.joints == ("one", "joint2")
     model = found_in(nominal, Ia1=0.3, Fv1=0.7, Fc2=0.4, Ks2=5.0, Ts2=-1.0)
     made = patched(model, ARM, tmp_path)
-    require_same(model, made.text)
+    require_same(model, made.text.decode())
     assert compiled(made.text.decode()).dof_frictionloss.tolist() == pytest.approx([1.0, 0.4])
     added = re.search(rb'\n +<inertial pos="[^"]*" mass="[^"]*" fullinertia="[^"]*"/>', made.text).group()
     assert EDITED.sub(b"", made.text.replace(added, b"", 1)) == EDITED.sub(b"", ARM)
@@ -100,7 +83,7 @@ def test_mujoco_computes_what_was_found_and_the_rest_of_the_file_stays(tmp_path)
 
 
 def test_every_number_that_changed_is_told_with_its_interval(tmp_path):
-    nominal = nominal_of(ARM, tmp_path)
+    nominal = read_text(ARM, tmp_path)
     made = patched(found_in(nominal, (), Fv1=0.7, Fc1=0.995, Ks2=5.0, Ts2=-1.0), ARM, tmp_path)
     told = {(one.where, one.attribute): one for one in made.changes}
     assert list(told) == [
@@ -119,7 +102,7 @@ def test_every_number_that_changed_is_told_with_its_interval(tmp_path):
 
 
 def test_a_file_in_which_all_is_right_stays_as_it_is(tmp_path):
-    made = patched(nominal_of(ARM, tmp_path), ARM, tmp_path)
+    made = patched(read_text(ARM, tmp_path), ARM, tmp_path)
     assert made.text == ARM
     assert made.changes == ()
 
@@ -130,7 +113,7 @@ def test_damping_that_mujoco_makes_of_the_inertia_stays_as_it_was(stated, tmp_pa
     text = ARM.replace(servo, own)
     if stated == "in a class":
         text = ARM.replace(b'<default class="big">', b'<position dampratio="1"/><default class="big">')
-    model = found_in(nominal_of(text, tmp_path), Ia1=0.9)
+    model = found_in(read_text(text, tmp_path), Ia1=0.9)
     made = patched(model, text, tmp_path)
     before, after = (compiled(one.decode()).actuator_biasprm[0] for one in (text, made.text))
     np.testing.assert_allclose(after, before, rtol=1e-7)
@@ -144,28 +127,29 @@ def test_damping_that_mujoco_makes_of_the_inertia_in_another_file_is_said(tmp_pa
     servo = b'<position name="a" joint="one" kp="30" gear="2" dampratio="1"/>'
     (tmp_path / "servo.xml").write_bytes(b"<mujoco><actuator>" + servo + b"</actuator></mujoco>")
     text = re.sub(b"<actuator>.*</actuator>", b'<include file="servo.xml"/>', ARM)
-    made = patched(found_in(nominal_of(text, tmp_path), Ia1=0.9), text, tmp_path)
+    made = patched(found_in(read_text(text, tmp_path), Ia1=0.9), text, tmp_path)
     assert any(re.match(r"dampratio of servo 'a' in an included file", line) for line in made.left_out)
 
 
 def test_gravity_is_written_where_it_was_found_to_be_another(tmp_path):
-    nominal = nominal_of(ARM, tmp_path)
+    nominal = read_text(ARM, tmp_path)
     kinematics = nominal.robot.kinematics.copy()
     kinematics.gravity.linear = np.array([1.0, 0.0, -9.7])
     model = replace(nominal, robot=replace(nominal.robot, kinematics=kinematics))
     made = patched(model, ARM, tmp_path)
     assert made.text == ARM.replace(b'timestep = ".001"', b'timestep = ".001" gravity="1 0 -9.7"')
-    require_same(model, made.text)
+    require_same(model, made.text.decode())
     compensated = ARM.replace(b"<body ", b'<body gravcomp="1" ')
+    (tmp_path / "arm.xml").write_bytes(compensated)
     with pytest.warns(match="gravcomp"):
-        nominal_of(compensated, tmp_path)
+        read_model(tmp_path / "arm.xml")
     left = patched(model, compensated, tmp_path)
     assert left.text == compensated
     assert any("compensates" in sentence for sentence in left.left_out)
 
 
 def test_friction_below_zero_is_written_as_none_and_said(tmp_path):
-    made = patched(found_in(nominal_of(ARM, tmp_path), (), Fc1=-0.1), ARM, tmp_path)
+    made = patched(found_in(read_text(ARM, tmp_path), (), Fc1=-0.1), ARM, tmp_path)
     assert b'frictionloss="0"' in made.text
     assert any("frictionloss of one was identified as -0.1" in sentence for sentence in made.left_out)
 
@@ -182,7 +166,7 @@ def test_friction_below_zero_is_written_as_none_and_said(tmp_path):
 )
 @pytest.mark.filterwarnings("ignore:compiler attribute 'settotalmass'")
 def test_what_cannot_be_written_is_refused(old, new, values, message, tmp_path):
-    model = found_in(nominal_of(ARM, tmp_path), **values)
+    model = found_in(read_text(ARM, tmp_path), **values)
     changed = (
         ARM.replace(old, new).replace(b'joint="one"', b'joint="uno"')
         if b"uno" in new
@@ -196,7 +180,7 @@ def test_what_another_file_has_is_not_changed_here(tmp_path):
     body = ARM[ARM.index(b"<worldbody>") : ARM.index(b"<actuator>")]
     (tmp_path / "body.xml").write_bytes(b"<mujoco>" + body + b"</mujoco>")
     text = ARM.replace(body, b'<include file="body.xml"/>')
-    model = found_in(nominal_of(text, tmp_path))
+    model = found_in(read_text(text, tmp_path))
     with pytest.raises(RobotError, match=r"'one' is not in the text of this file, but in an included file"):
         patched(model, text, tmp_path)
 
@@ -224,7 +208,7 @@ def test_export_patches_the_file_of_the_arm(tmp_path, monkeypatch, capsys):
     assert re.search(r"^joint '\w+'\ndamping +N m s/rad", out, re.MULTILINE) or "frictionloss" in out
     assert "<!-- mine -->" in (tmp_path / "arm-identified.xml").read_text()
     assert (tmp_path / "arm.xml").read_text() == text
-    require_same(identified(plain_fit()), (tmp_path / "arm-identified.xml").read_bytes())
+    require_same(identified(plain_fit()), (tmp_path / "arm-identified.xml").read_text())
     assert main(["export", "fit.json", "--to", "json", "--patch", "arm.xml"]) != 0
     assert "--patch changes an MJCF or URDF" in capsys.readouterr().err
     (tmp_path / "arm.urdf").write_text(FORMATS["urdf"].text(Portable.of(NOMINAL)))
@@ -242,7 +226,7 @@ SERVOS = re.sub(
 
 
 def test_stiffness_of_servos_is_written_where_a_log_has_no_current(tmp_path):
-    nominal = nominal_of(SERVOS, tmp_path)
+    nominal = read_text(SERVOS, tmp_path)
     assert not patched(nominal, SERVOS, tmp_path).changes
     servo = PositionServo(np.array([1.0, 2.0]), np.full(2, np.inf))
     robot = replace(nominal.robot, servo=servo, drive_gain=np.array([18.0, 10.0]),

@@ -38,8 +38,7 @@ PENDULUM = """<mujoco>
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "commands",
-    ["position", *(pytest.param(name, marks=pytest.mark.long) for name in ("torque", "alone"))],
+    "commands", ["position", *(pytest.param(name, marks=pytest.mark.long) for name in ("torque", "alone"))]
 )
 def test_what_a_file_lacks_is_found_written_and_gains_on_a_run_held_out(
     commands, tmp_path, monkeypatch, capsys

@@ -114,7 +114,7 @@ def test_a_simulation_with_held_joints_moves_like_the_model(arm):
     text, model = arm
     run = random_run(model)
     with Simulator(text, "/tmp", model, TORQUE, attach=False) as simulator:
-        simulated = simulator.roll(run, 0, len(run.time) - 1)
+        [simulated] = simulator.roll([(run, 0, len(run.time) - 1)])
     expected = integrated(model, run)
     assert np.abs(expected[-1] - expected[0]).max() > 0.05
     np.testing.assert_allclose(simulated, expected[1:], atol=2e-3)
@@ -178,5 +178,5 @@ def test_a_stated_mounting_applies_to_the_simulation(tmp_path):
     ends = []
     for model in (rolled, tilted):
         with Simulator(HUNG, "/tmp", model, TORQUE, attach=False) as simulator:
-            ends.append(simulator.roll(run, 0, len(run.time) - 1)[-1])
+            ends.append(simulator.roll([(run, 0, len(run.time) - 1)])[0][-1])
     np.testing.assert_allclose(*ends, atol=1e-9)

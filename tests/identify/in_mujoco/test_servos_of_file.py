@@ -10,9 +10,16 @@ from exidyn.identification.diagnosis.runs.usable import HELD_OUT
 from exidyn.identification.fit.servo_fit import ServoRun, identify_servos
 from exidyn.identification.in_mujoco.distances import Judge
 from exidyn.identification.in_mujoco.gap import gap
-from exidyn.identification.in_mujoco.joint_numbers import DAMPING, DRY, KP, LIMIT, JointNumbers
+from exidyn.identification.in_mujoco.joint_numbers import (
+    DAMPING,
+    DRY,
+    KP,
+    LIMIT,
+    JointNumbers,
+    changed_law,
+    servo_changes,
+)
 from exidyn.identification.in_mujoco.replay import Run
-from exidyn.identification.in_mujoco.servo_changes import changed_law, servo_changes
 from exidyn.identification.in_mujoco.servo_stage import servo_stage
 from exidyn.identification.in_mujoco.simulated_numbers import simulated_numbers
 from exidyn.identification.in_mujoco.trial import Source, Trial

@@ -5,11 +5,7 @@ import pytest
 
 from exidyn.identification.diagnosis.runs.rows import REVERSALS
 from exidyn.identification.effects import CoulombFriction
-from exidyn.identification.in_mujoco.mujoco_laws import (
-    TANH,
-    reversal_velocities,
-    with_solver_friction,
-)
+from exidyn.identification.in_mujoco.mujoco_laws import TANH, reversal_velocities, with_solver_friction
 
 from ...parts.servo_arms import ARM, described
 

@@ -142,4 +142,4 @@ def test_no_number_has_an_exponent_and_every_form_states_its_units(name: str) ->
     text = FORMATS[name](small, "arm/tool0\n-->")
     assert not re.search(r"\de[-+]?\d", text)
     assert "in frame arm/tool0" in text
-    assert "kg" in (FORMATS[name].__doc__ or "").partition("\n")[0]
+    assert "kg" in FORMATS[name].title

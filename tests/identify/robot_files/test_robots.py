@@ -1,4 +1,4 @@
-"""The built-in robots: the KR270 against the paper's tables, the cobot against the UR10's geometry."""
+"""The built-in robots: the KR270 against the paper's tables, the cobot against the UR10; their comments."""
 
 import numpy as np
 import pinocchio as pin
@@ -6,7 +6,8 @@ import pytest
 
 from exidyn.identification.arm.motion import Motion
 from exidyn.identification.arm.rigid_regressor import INERTIAL
-from exidyn.identification.robot_files.robot_file import builtin_names, read_model
+from exidyn.identification.robot_files.commented import commented_text
+from exidyn.identification.robot_files.robot_file import builtin_names, model_text, parse_model, read_model
 
 ALPHA = np.array([np.pi, np.pi / 2, 0.0, -np.pi / 2, np.pi / 2, -np.pi / 2])
 D = np.array([0.0, 0.35, 1.25, 0.055, 0.0, 0.0])
@@ -125,3 +126,29 @@ def test_cobot_reaches_where_the_ur10_does():
     pin.forwardKinematics(robot.kinematics, data, np.zeros(6))
     # standard DH at zero: x = a2 + a3, y = -(d4 + d6), z = d1 - d5
     np.testing.assert_allclose(data.oMi[6].translation, [-1.1843, -0.256141, 0.0116], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_each_key_has_a_comment_above(name):
+    seen, before = set(), ""
+    for line in commented_text(read_model(name)).splitlines():
+        key = line.partition(" = ")[0]
+        if line.startswith("["):
+            seen = seen if line == "[[link]]" else set()
+        elif line and not line.startswith("#") and key not in seen:
+            assert before.startswith("# "), line
+            seen.add(key)
+        before = line
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_it_reads_back_as_the_same_robot(name):
+    model = read_model(name)
+    assert model_text(parse_model(commented_text(model))) == model_text(model)
+
+
+def test_values_are_named_with_their_units(kr270):
+    text = commented_text(kr270)
+    assert "# Nominal values of Kr [N/m]; K0 [N]" in text
+    assert "# Distance of the fixed end from the joint's axis [m]" in text
+    assert "# Nominal values of Fc1, Fc2, Fc3, Fc4, Fc5, Fc6 [N m]" in text

@@ -1,14 +1,17 @@
+"""Recordings of a motion that a plant follows exactly, and arms as built."""
+
 from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from exidyn.identification.effects import LoadDependentFriction, Payload, RigidBody
+from exidyn.identification.effects import LoadDependentFriction, Payload, RigidBody, known_parameters
 from exidyn.identification.model import Model
 from exidyn.identification.recordings.recording import KnownPayload
 from exidyn.identification.recordings.recording_checks import check
-from exidyn.identification.simulation.simulate import Sensors, exact_current, simulate
+from exidyn.identification.robot_files.robot_file import read_model
+from exidyn.identification.simulation.simulate import MOST, Sensors, as_built, exact_current, simulate
 
 from ...parts.runs.robots import random_motion, six_axis
 from ...parts.small.two_joints import GAIN, MASS, model, trajectory, true_values
@@ -92,3 +95,25 @@ def test_payload_hangs_on_the_arm_that_carries_it(motion):
     np.testing.assert_allclose(difference, expected, atol=1e-9)
     assert np.abs(difference).max() > 5.0  # 3 kg at up to 0.7 m
     assert runs[1].payload == KnownPayload("L", MASS)
+
+
+def masses(model):
+    return np.array([body.mass for body in model.robot.kinematics.inertias[1:]])
+
+
+def test_values_are_off_by_their_tolerance_with_and_without_a_payload():
+    """An arm as built has other values than its nominal ones, within what is stated, and always the same."""
+    nominal = read_model("cobot")
+    built = as_built(nominal)
+    for off in (
+        built.robot.drive_gain / nominal.robot.drive_gain - 1,
+        masses(built) / masses(nominal) - 1,
+        np.array([built.stated[n].value / p.value - 1 for n, p in nominal.stated.items() if p.value]),
+    ):
+        assert np.all(off != 0.0)
+        assert np.all(np.abs(off) <= MOST)
+        assert len(set(off)) == len(off)
+    alone, loaded = (as_built(one) for one in (nominal, nominal + Payload("L", known_parameters(8.0))))
+    np.testing.assert_array_equal(alone.robot.drive_gain, loaded.robot.drive_gain)
+    np.testing.assert_array_equal(masses(alone), masses(loaded))
+    assert alone.stated == loaded.stated

@@ -7,8 +7,7 @@ import pinocchio as pin
 import pytest
 
 from exidyn.identification.errors import BrokenTree, RobotError
-from exidyn.identification.robot_files.geometry import read_geometry
-from exidyn.identification.robot_files.hulls import hull
+from exidyn.identification.robot_files.geometry import hull, read_geometry
 from exidyn.identification.robot_files.robot_file import read_model
 from exidyn.trajectories.clearances.clearance import RESOLUTION, Clearance, nearest, random_positions
 from exidyn.trajectories.clearances.collision import Collision

@@ -1,8 +1,10 @@
-"""Intervals of the numbers that simulators use, from the covariance of the standard parameters."""
+"""Changed numbers of a file, with their intervals from the covariance of the standard parameters."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from math import isclose
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +13,41 @@ from ..fit.identified import Standard
 from ..model import Model
 from ..text_table import NORMAL_95
 
+SAME = 1e-6
+"""Relative difference within which a number is unchanged: rounding in computation and in the file."""
+DIGITS = 8
+"""Number of significant digits in the file."""
 STEP = 1e-4
 """Step of a finite difference, in standard deviations of a parameter: intervals need three digits."""
+
+
+class Change(NamedTuple):
+    """A changed number of the file."""
+
+    where: str  # element, such as "joint 'elbow'"
+    attribute: str  # attribute, such as "damping" or "pos x"
+    unit: str  # SI unit
+    old: float  # number in the file, or the one that MuJoCo computed from the file
+    new: float  # new number
+    half: float  # half of its 95 % interval; infinite if unknown
+    reason: str = ""  # why it changes, if it was not identified by itself
+
+    @property
+    def told_apart(self) -> bool:
+        """Whether the old number is outside the interval."""
+        return abs(self.new - self.old) > self.half
+
+
+def nearly_equal(old: float, new: float) -> bool:
+    """Whether two numbers are equal except for rounding."""
+    return isclose(old, new, rel_tol=SAME)
+
+
+def number_words(values: Iterable[float]) -> str:
+    """Text of numbers of one kind; those that are rounding errors of the largest are 0."""
+    numbers = np.array(list(values))
+    numbers[np.abs(numbers) < 10.0**-DIGITS * np.abs(numbers).max()] = 0.0  # rounding
+    return " ".join(f"{value:.{DIGITS}g}" for value in numbers)
 
 
 @dataclass(frozen=True, eq=False)
