@@ -37,6 +37,11 @@ from .search.search import SearchResult
 from .words.measures import in_units_of_joints, torque_units
 
 SMOOTH = "the signals were smoothed, so noise is unknown: runs are compared up to {:.3g} Hz"
+LAPS = 2.0
+"""Number of times a motion is made from which on the result says so [-]: half of the runs tests no model."""
+REPEATED = (
+    "the runs make each motion {:.2g} times, and laps do not test one another: another motion tells more"
+)
 
 
 # Threads of linear algebra would only wait for one another in thousands of small systems.
@@ -87,6 +92,8 @@ def diagnose(
         noise = np.maximum(noise, rms(result.prediction.residual, result.prediction.rows.weight))
         rested, material = False, MAIN
         warnings = [*warnings, SMOOTH.format(result.problem.runs[0].prepared.decimation.cutoff)]
+    if (laps := result.problem.blocks.laps) >= LAPS:
+        warnings = [*warnings, REPEATED.format(laps)]
     noise = np.sqrt(result.problem.rows.row_variance(noise**2))
     result, fit = gated(beside_unnamed(result, answers, noise))
     steps = [*baselines(result), result.prediction]

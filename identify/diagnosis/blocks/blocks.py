@@ -61,6 +61,12 @@ class Blocks:
         place[order] = np.arange(len(order)) - starts[self.number[order]]
         return self.number, place
 
+    @property
+    def laps(self) -> float:
+        """How often the motion of the fitted runs was made, on average."""
+        first = self.first[self.fitted[self.number]]
+        return len(first) / max(len(np.unique(first)), 1)
+
     def sums(self, values: np.ndarray) -> np.ndarray:
         """Sums of values (r, n) over the rows of each block, shape (k, n)."""
         return np.stack([np.bincount(self.number, column, len(self)) for column in values.T], axis=1)

@@ -82,6 +82,11 @@ def test_blocks_of_several_laps_are_as_long_as_others():
     np.testing.assert_allclose(np.bincount(blocks.number) / RATE, blocks.seconds, rtol=0.1)
 
 
+def test_laps_of_fitted_runs_are_counted():
+    runs = [run(positions(3.0)), run(positions(1.0, seed=2)), run(positions(3.0), role="validate")]
+    assert Blocks.of(runs, "validate").laps == pytest.approx(2.0, rel=0.02)
+
+
 def test_no_block_of_many_laps_is_shorter_than_a_residual_is_correlated():
     short = np.concatenate([positions(1.0)[::10]] * 60)  # laps of a second
     assert len(Blocks.of([run(short)], "validate")) == 3
