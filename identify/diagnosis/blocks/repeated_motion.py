@@ -33,31 +33,39 @@ def first_rows(runs: Sequence[Driven]) -> np.ndarray:
     kinds = [(run.role, run.motion.payload) for run in runs]
     rows, first = slices(runs), np.arange(sum(map(len, positions)))
     for number, kind in enumerate(kinds):
-        for earlier in (place for place in range(number + 1) if kinds[place] == kind):
-            lag = repeats_after(scaled[number], scaled[earlier], number == earlier)
+        others = [place for place in range(number) if kinds[place] == kind]
+        lags = {place: repeats_after(scaled[number], scaled[place]) for place in others}
+        known = [place for place, lag in lags.items() if lag is not None][:1]
+        for earlier in (*known, number):  # a lap of this run may repeat one that repeats an earlier run
+            lag = lags[earlier] if earlier < number else laps_after(scaled[number])
             if lag is not None:
                 later = np.arange(max(lag, 0), min(len(scaled[number]), len(scaled[earlier]) + lag))
-                for row in later.tolist():  # in sequence: a lap may repeat the one before it
+                for row in later.tolist():
                     first[rows[number].start + row] = first[rows[earlier].start + row - lag]
-                break
     return first
 
 
-def repeats_after(later: np.ndarray, earlier: np.ndarray, itself: bool) -> int | None:
-    """Number of rows by which a motion (r, n) follows an earlier one (s, n), or itself; None if it does not.
+def repeats_after(later: np.ndarray, earlier: np.ndarray) -> int | None:
+    """Number of rows by which a motion (r, n) follows an equal one (s, n); None if there is none.
 
     Positions are over their range. The number is negative if a run begins in the middle of the earlier one.
     """
-    lags, difference = _differences(later, earlier)
-    if itself:  # a slow motion resembles itself at short lags
-        away = np.flatnonzero((lags > 0) & (difference > OTHER))
-        if not len(away):
-            return None
-        lags, difference = lags[away[0] :], difference[away[0] :]
+    return _first_minimum(*_differences(later, earlier))
+
+
+def laps_after(motion: np.ndarray) -> int | None:
+    """Number of rows of a lap of a motion (r, n), whose positions are over their range; None for one lap."""
+    lags, difference = _differences(motion, motion)
+    # A slow motion resembles itself at short lags.
+    away = np.flatnonzero((lags > 0) & (difference > OTHER))
+    return _first_minimum(lags[away[0] :], difference[away[0] :]) if len(away) else None
+
+
+def _first_minimum(lags: np.ndarray, difference: np.ndarray) -> int | None:
+    """First lag, not a multiple of it, at which motions are the same."""
     same = np.flatnonzero(difference < SAME)
     if not len(same):
         return None
-    # The first lap, not a multiple of it.
     end = same[0] + np.argmax(np.append(difference[same[0] :] >= SAME, True))
     return int(lags[same[0] + np.argmin(difference[same[0] : end])])
 

@@ -48,6 +48,11 @@ def test_a_second_run_of_the_same_motion_is_known_by_the_first_one(start):
     np.testing.assert_allclose(first[count:], expected, atol=2)
 
 
+def test_laps_of_a_later_run_are_known_by_an_earlier_one():
+    first = first_rows([run(positions(1.5)), run(positions(2.6, start=3.0))])
+    assert np.mean(first == np.arange(len(first))) == pytest.approx(1.0 / 4.1, abs=0.01)
+
+
 @pytest.mark.parametrize("other", [{"role": "validate"}, {"payload": "weight"}])
 def test_a_run_that_is_held_out_or_carries_a_payload_repeats_no_other_one(other):
     first = first_rows([run(positions(1.0)), run(positions(1.0), **other)])
