@@ -4,10 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    pass
+from typing import Any
 
 Answerer = Callable[[Path], dict[str, Any]]
 """From the folder of a case to its answer; it can be sent to another process."""

@@ -102,12 +102,6 @@ class Prediction:
         return self.rows.weight * self.scale[self.blocks.number]
 
     @cached_property
-    def whitened(self) -> list[np.ndarray]:
-        """Columns of the unknowns that act on each joint, times the scale of each block, [n] of (k, l, a)."""
-        joints = zip(self.sums.columns, self.scale.T, strict=True)
-        return [columns * scale[:, None, None] for columns, scale in joints]
-
-    @cached_property
     def whitened_torque(self) -> np.ndarray:
         """Torque to explain times the scale of each block, shape (k, n, l)."""
         return self.sums.torque * self.scale[:, :, None]
@@ -190,17 +184,17 @@ class Prediction:
 
     def squares(self, joint: int, unknowns: np.ndarray) -> np.ndarray:
         """Squared whitened torque (k, c) on a joint of c sets of unknowns that act on it, (k, c, a)."""
-        rows = self.whitened[joint]
-        if rows.shape[1] < rows.shape[2]:
-            return np.square(unknowns @ np.swapaxes(rows, 1, 2)).sum(axis=2)
-        scale = np.square(self.scale[:, joint, None])
+        columns, scale = self.sums.columns[joint], np.square(self.scale[:, joint, None])
+        if columns.shape[1] < columns.shape[2]:
+            return np.asarray(np.square(unknowns @ np.swapaxes(columns, 1, 2)).sum(axis=2) * scale)
         return np.einsum("kca,kca->kc", unknowns @ self.sums.squares[joint], unknowns) * scale
 
     @cached_property
     def along_errors(self) -> list[np.ndarray]:
         """Products of whitened columns with the residual of predicted blocks, by joint, [n] of (k, a)."""
-        each = enumerate(self.whitened)
-        return [(self.whitened_errors[:, joint, None] @ columns)[:, 0] for joint, columns in each]
+        errors = self.whitened_errors * self.scale[:, :, None]
+        each = enumerate(self.sums.columns)
+        return [(errors[:, joint, None] @ columns)[:, 0] for joint, columns in each]
 
     @cached_property
     def left_out(self) -> np.ndarray:

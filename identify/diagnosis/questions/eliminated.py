@@ -27,7 +27,7 @@ class ActingOn(NamedTuple):
         flat = columns.reshape(len(columns), -1, columns.shape[3])
         each = prediction.whitened_torque[:, joint], prediction.whitened_errors[:, joint]
         torque, errors = np.moveaxis(flat @ np.stack(each, axis=2), 2, 0)
-        products = flat @ prediction.whitened[joint]
+        products = (flat @ prediction.sums.columns[joint]) * prediction.scale[:, joint, None, None]
         shape = columns.shape[:3]
         products, torque, errors = (x.reshape(*shape, *x.shape[2:]) for x in (products, torque, errors))
         return cls(columns, gram(columns), products, torque, errors)
@@ -124,10 +124,9 @@ class Eliminated:
         """Change of the whitened prediction of each block by the others, of one candidate, (k, n, l)."""
         coefficients, decrease = self.left_out(fits)
         change = np.zeros(self.prediction.whitened_errors.shape)
-        for joint, (columns, places) in enumerate(
-            zip(self.prediction.whitened, self.prediction.sums.acting, strict=True)
-        ):
-            change[:, joint] = -(columns @ decrease[:, 0, places, None])[:, :, 0]
+        sums, scale = self.prediction.sums, self.prediction.scale[:, :, None]
+        for joint, (columns, places) in enumerate(zip(sums.columns, sums.acting, strict=True)):
+            change[:, joint] = -(columns @ decrease[:, 0, places, None])[:, :, 0] * scale[:, joint]
         for joint, own in self.acting.items():
             change[:, joint] += combined(coefficients[:, 0], own.columns[:, 0])
         return change

@@ -118,6 +118,11 @@ def test_peers_of_pages_know_their_options_and_keep_their_output(page):
         words = words_of(line)
         for script in (word for word in words if word.startswith("tests/peers/") and word.endswith(".py")):
             source = (ROOT / script).read_text(encoding="utf-8")
+            imported = re.findall(r"^(?:from|import) (\w+)", source, re.MULTILINE)
+            shared = [
+                place for name in imported if (place := (ROOT / script).with_name(f"{name}.py")).exists()
+            ]
+            source += "".join(place.read_text(encoding="utf-8") for place in shared)
             given = words[words.index(script) :]
             taken = re.findall(r'"(--[a-z-]+)"', source)
             assert {word for word in given if word.startswith("--")} <= set(taken), line
