@@ -29,25 +29,30 @@ class Blocks:
     number: np.ndarray  # block of each row, shape (r,)
     fitted: np.ndarray  # whether a block belongs to a fitted run, shape (k,); others are held out
     first: np.ndarray  # row in which the motion of each row was made for the first time, shape (r,)
-    seconds: float  # duration of a fitted block, in all laps [s]
+    seconds: float  # duration of a fitted block, in one lap [s]
 
     @classmethod
     def of(cls, runs: Sequence[Driven], held_out: str) -> "Blocks":
         """Cut runs into blocks; runs with the role `held_out` are only predicted."""
         first = first_rows(runs)
-        new, laps = first == np.arange(len(first)), np.bincount(first, minlength=len(first))
-        pieces = [rows.start + np.flatnonzero(new[rows]) for rows in slices(runs)]
-        durations = [period(run) * laps[piece].sum() for run, piece in zip(runs, pieces, strict=True)]
+        new, each = first == np.arange(len(first)), slices(runs)
+        pieces = [rows.start + np.flatnonzero(new[rows]) for rows in each]
+        durations = [period(run) * len(piece) for run, piece in zip(runs, pieces, strict=True)]
         total = sum(d for d, run in zip(durations, runs, strict=True) if run.role != held_out)
         seconds = max(SHORTEST, min(SECONDS, total / FEWEST), total / MOST)
-        number, fitted = np.zeros(len(first), int), list[bool]()
-        for run, piece, duration in zip(runs, pieces, durations, strict=True):
-            most = int(period(run) * len(piece) / SHORTEST)
-            count = max(1, min(round(duration / seconds), most)) if len(piece) else 0
-            lengths = np.diff(np.arange(count + 1) * len(piece) // max(count, 1))
-            number[piece] = len(fitted) + np.repeat(np.arange(count), lengths)
-            fitted += [run.role != held_out] * count
-        return cls(number[first], np.array(fitted), first, seconds)
+        number, fitted = np.full(len(first), -1), list[bool]()
+        for run, rows, piece, duration in zip(runs, each, pieces, durations, strict=True):
+            alone = np.all(first[rows] >= rows.start)
+            if count := max(round(duration / seconds), int(alone)):
+                lengths = np.diff(np.arange(count + 1) * len(piece) // count)
+                number[piece] = len(fitted) + np.repeat(np.arange(count), lengths)
+                fitted += [run.role != held_out] * count
+            number[rows] = number[first[rows]]
+            # What is too short for a block of its own joins the next one.
+            known = rows.start + np.flatnonzero(number[rows] >= 0)
+            following = np.searchsorted(known, np.arange(rows.start, rows.stop))
+            number[rows] = number[known[np.minimum(following, len(known) - 1)]]
+        return cls(number, np.array(fitted), first, seconds)
 
     def __len__(self) -> int:
         return len(self.fitted)

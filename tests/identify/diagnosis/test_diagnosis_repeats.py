@@ -80,21 +80,28 @@ def test_joints_that_stand_still_do_not_hide_that_a_motion_repeats():
     assert np.mean(first == np.arange(len(first))) == pytest.approx(1 / 3, abs=0.01)
 
 
-def test_blocks_of_several_laps_are_as_long_as_others():
-    motions = [positions(3.0), positions(1.0, seed=2), positions(2.0, seed=3)]
-    blocks = Blocks.of([run(motion) for motion in motions], "validate")
-    assert len(blocks) == 24
-    np.testing.assert_allclose(np.bincount(blocks.number) / RATE, blocks.seconds, rtol=0.1)
+def test_blocks_are_those_of_one_lap():
+    once, thrice = (Blocks.of([run(positions(laps))], "validate") for laps in (1.0, 3.0))
+    assert len(once) == len(thrice)
+    assert thrice.seconds == pytest.approx(once.seconds, rel=0.01)
+    np.testing.assert_allclose(np.bincount(thrice.number), 3 * np.bincount(once.number), atol=3)
+
+
+def test_the_end_of_a_run_that_repeats_another_one_is_no_block_of_its_own():
+    runs = [run(positions(1.0)), run(np.concatenate([positions(1.0), positions(0.02, seed=2)]))]
+    once, both = (Blocks.of(some, "validate") for some in (runs[:1], runs))
+    assert len(both) == len(once)
+    assert both.number[-1] == both.number[len(once.number) - 1] == len(once) - 1
+
+
+def test_a_lap_shorter_than_a_block_is_one():
+    shaken = np.sin(2 * np.pi * 8.0 * np.arange(2000)[:, None] / RATE + [0.0, 1.0])
+    assert len(Blocks.of([run(shaken)], "validate")) == 1
 
 
 def test_laps_of_fitted_runs_are_counted():
     runs = [run(positions(3.0)), run(positions(1.0, seed=2)), run(positions(3.0), role="validate")]
     assert Blocks.of(runs, "validate").laps == pytest.approx(2.0, rel=0.02)
-
-
-def test_no_block_of_many_laps_is_shorter_than_a_residual_is_correlated():
-    short = np.concatenate([positions(1.0)[::10]] * 60)  # laps of a second
-    assert len(Blocks.of([run(short)], "validate")) == 3
 
 
 def predicted(laps, repeats=True):
