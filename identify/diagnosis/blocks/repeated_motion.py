@@ -63,11 +63,11 @@ def laps_after(motion: np.ndarray) -> int | None:
 
 def _first_minimum(lags: np.ndarray, difference: np.ndarray) -> int | None:
     """First lag, not a multiple of it, at which motions are the same."""
-    same = np.flatnonzero(difference < SAME)
-    if not len(same):
+    below = np.flatnonzero(difference < SAME)
+    if not len(below):
         return None
-    end = same[0] + np.argmax(np.append(difference[same[0] :] >= SAME, True))
-    return int(lags[same[0] + np.argmin(difference[same[0] : end])])
+    end = below[0] + np.argmax(np.append(difference[below[0] :] >= SAME, True))
+    return int(lags[below[0] + np.argmin(difference[below[0] : end])])
 
 
 def _differences(later: np.ndarray, earlier: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
