@@ -70,7 +70,7 @@ def test_a_plan_of_poses(plan_for, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("options", "code", "words"),
     [
-        (["--length", "6"], 0, "would not determine the payload"),
+        (["--length", "6", "--search", "0.001"], 0, "would not determine the payload"),  # its start
         (["--length", "1"], REFUSED, "length: 1 s; the shortest possible is "),
         (["--start", "0", "0", "0"], REFUSED, "--start: 3 values; give 1 or 2, one per joint"),
         (["--up-to", "5000"], REFUSED, "payload of up to 5000 kg within 0.2 m of the flange"),
