@@ -108,13 +108,12 @@ def repeated_share(residual: np.ndarray, first: np.ndarray) -> np.ndarray:
         residual: Residual, zero where a row does not count, shape (r, n) [N m].
         first: Row in which the motion of each row was made for the first time, shape (r,).
     """
-    laps = np.bincount(first)
     share = np.ones(residual.shape[1])
     for joint, values in enumerate(residual.T):
-        squares = np.bincount(first, values**2)
+        laps, squares = np.bincount(first, values != 0.0), np.bincount(first, values**2)
         products = np.bincount(first, values) ** 2 - squares
-        correlation = max(products.sum() / max(float((laps - 1) @ squares), 1e-300), 0.0)
-        share[joint] = np.sum(laps / (1.0 + np.maximum(laps - 1, 0) * correlation)) / len(first)
+        correlation = max(products.sum() / max(float((laps - 1.0) @ squares), 1e-300), 0.0)
+        share[joint] = np.sum(laps / (1.0 + np.maximum(laps - 1, 0) * correlation)) / max(laps.sum(), 1.0)
     return share
 
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from exidyn.identification.diagnosis.blocks.block_likelihood import repeated_share
 from exidyn.identification.diagnosis.blocks.blocks import Blocks
 from exidyn.identification.diagnosis.blocks.prediction import Prediction
 from exidyn.identification.diagnosis.blocks.repeated_motion import first_rows
 from tests.parts.small.small_rows import RATE, rows
 
-SECONDS = 10.0
-"""Duration of a lap [s]."""
+SECONDS = 10.0  # duration of a lap
 
 
 def positions(laps, joints=2, seed=1, start=0.0):
@@ -147,6 +147,6 @@ def test_rows_are_arranged_and_put_back():
     np.testing.assert_allclose(np.square(arranged).sum(axis=2), prediction.blocks.sums(squares))
 
 
-def test_the_same_motion_with_a_payload_is_no_lap():
-    blocks = Blocks.of([run(positions(1.0)), run(positions(1.0), payload="weight")], "validate")
-    assert np.all(np.bincount(blocks.first) == 1)
+def test_rows_that_do_not_count_are_no_laps():
+    residual = np.concatenate([np.tile(np.ones((50, 1)), (3, 1)), np.zeros((300, 1))])
+    assert repeated_share(residual, np.r_[np.arange(150) % 50, 150:450])[0] == pytest.approx(1 / 3)
