@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -96,8 +97,9 @@ def diagnose(
         warnings = [*warnings, REPEATED.format(laps)]
     noise = np.sqrt(result.problem.rows.row_variance(noise**2))
     result, fit = gated(beside_unnamed(result, answers, noise))
-    steps = [*baselines(result), result.prediction]
-    proof = evidence(result, steps[0], noise)
+    steps = baselines(result)
+    first = next(steps)
+    proof = evidence(result, first, noise)
     spread, named = with_shapes(result), sum(finding.named for finding in result.selected)
     warnings = [*warnings, *undetermined_gains(result, spread)]
     std, fitted = deviations(result, spread), proof.traces[len(result.problem.held_out) :]
@@ -109,7 +111,8 @@ def diagnose(
     units = torque_units(model.robot, result.problem.runs[0].prepared.measures)
     remaining += fast_ripples(result.problem.runs, noise, units)
     held_out = [run.prepared.name for run in result.problem.held_out]
-    spent = budget(steps, answers, noise if rested else np.zeros_like(noise), held_out)
+    quiet = noise if rested else np.zeros_like(noise)
+    spent = budget(chain([first], steps), result.prediction, answers, quiet, held_out)
     conditional = tuple(place for place, selected in enumerate(result.selected) if selected.conditional)
     diagnosis = Diagnosis(
         name=name or model.robot.name,

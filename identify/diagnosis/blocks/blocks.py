@@ -58,23 +58,20 @@ class Blocks:
         return len(self.fitted)
 
     @cached_property
-    def places(self) -> tuple[np.ndarray, np.ndarray]:
-        """Block of each row, and its place there, both (r,)."""
-        order = np.argsort(self.number, kind="stable")
-        starts = np.cumsum([0, *np.bincount(self.number, minlength=len(self))])[:-1]
-        place = np.empty(len(order), int)
-        place[order] = np.arange(len(order)) - starts[self.number[order]]
-        return self.number, place
+    def order(self) -> np.ndarray:
+        """Rows sorted by block, (r,)."""
+        return np.argsort(self.number, kind="stable")
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Place of the first row of each block among the sorted rows, (k,)."""
+        return np.searchsorted(self.number[self.order], np.arange(len(self)))
 
     @property
     def laps(self) -> float:
         """How often the motion of the fitted runs was made, on average."""
         first = self.first[self.fitted[self.number]]
         return len(first) / max(len(np.unique(first)), 1)
-
-    def sums(self, values: np.ndarray) -> np.ndarray:
-        """Sums of values (r, n) over the rows of each block, shape (k, n)."""
-        return np.stack([np.bincount(self.number, column, len(self)) for column in values.T], axis=1)
 
 
 def period(run: Driven) -> float:
@@ -84,34 +81,21 @@ def period(run: Driven) -> float:
 
 @dataclass(frozen=True, eq=False)
 class BlockRows:
-    """Rows arranged by block; places that hold no row, or a row that does not count, are zero.
+    """Rows sorted by block, zero where a row does not count. Lists have one entry per joint."""
 
-    Each block has l places, as many as the longest has rows. Lists have one entry per joint.
-    """
-
-    shape: tuple[int, int]  # number of blocks, and of places in each: k, l
-    places: tuple[np.ndarray, np.ndarray]  # block of each row, and its place there, both (r,)
+    blocks: Blocks  # blocks of the rows
     acting: list[np.ndarray]  # unknowns that give torque to the joint, (a,)
-    columns: list[np.ndarray]  # columns of those unknowns, (k, l, a)
-    torque: np.ndarray  # torque to explain, shape (k, n, l)
-    counts: np.ndarray  # number of rows that count, shape (k, n)
+    columns: list[np.ndarray]  # columns of those unknowns, (r, a)
+    torque: np.ndarray  # torque to explain, shape (n, r)
+    weight: np.ndarray  # 0 where a row does not count, else 1, shape (n, r)
 
     @classmethod
     def of(cls, rows: Rows, blocks: Blocks) -> "BlockRows":
-        """Arrange all rows and unknowns."""
-        shape = len(blocks), int(np.bincount(blocks.number).max())
+        """Sort all rows and unknowns."""
         joints = range(rows.difference.shape[1])
-        empty = cls(
-            shape,
-            blocks.places,
-            [np.zeros(0, int) for _ in joints],
-            [np.zeros((*shape, 0)) for _ in joints],
-            np.zeros((shape[0], len(joints), shape[1])),
-            blocks.sums(rows.weight),
-        )
-        torque = np.moveaxis(empty._padded(rows.difference * rows.weight), 2, 1)
-        empty = replace(empty, torque=torque)
-        return empty.plus(rows, 0)
+        torque, weight = ((x * rows.weight)[blocks.order].T.copy() for x in (rows.difference, 1.0))
+        acting, columns = [np.zeros(0, int) for _ in joints], [np.zeros((torque.shape[1], 0)) for _ in joints]
+        return cls(blocks, acting, columns, torque, weight).plus(rows, 0)
 
     def plus(self, rows: Rows, count: int) -> "BlockRows":
         """The rows with more unknowns after the first `count`, which these rows contain."""
@@ -120,52 +104,77 @@ class BlockRows:
             places = np.flatnonzero(np.any(added[:, joint], axis=0))
             new = added[:, joint, places] * rows.weight[:, joint, None]
             acting.append(np.append(self.acting[joint], count + places))
-            columns.append(np.concatenate([present, self._padded(new)], axis=2))
+            columns.append(np.concatenate([present, new[self.blocks.order]], axis=1))
         return replace(self, acting=acting, columns=columns)
 
     @cached_property
     def squares(self) -> list[np.ndarray]:
         """Products of the columns of each joint in each block, [n] of (k, a, a)."""
-        return [np.swapaxes(columns, 1, 2) @ columns for columns in self.columns]
+        return [self.products_of(columns.T, columns) for columns in self.columns]
 
     @cached_property
     def products(self) -> list[np.ndarray]:
         """Products of the columns of each joint with the torque to explain, [n] of (k, a)."""
-        joints = enumerate(self.columns)
-        return [(self.torque[:, joint, None] @ columns)[:, 0] for joint, columns in joints]
+        each = zip(self.torque, self.columns, strict=True)
+        return [self.products_of(torque[None], columns)[:, 0] for torque, columns in each]
 
-    def arranged(self, values: np.ndarray) -> np.ndarray:
-        """Values (..., r) of rows in sequence, arranged by block, shape (k, ..., l)."""
-        arranged = np.zeros((self.shape[0], *values.shape[:-1], self.shape[1]))
-        block, place = self.places
-        arranged[block, ..., place] = np.moveaxis(values, -1, 0)
-        return arranged
+    def products_of(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Products (k, a, b) in each block of sorted rows (a, r) and (r, b)."""
+        products = np.empty((len(self.blocks), len(left), right.shape[1]))
+        for block, rows in enumerate(self.spans):
+            np.matmul(left[:, rows], right[rows], out=products[block])
+        return products
+
+    @cached_property
+    def counts(self) -> np.ndarray:
+        """Number of rows that count, shape (k, n)."""
+        return self.sums(self.weight)
+
+    @cached_property
+    def spans(self) -> list[slice]:
+        """Sorted rows of each block."""
+        ends = np.append(self.blocks.starts[1:], self.torque.shape[1])
+        return [slice(int(a), int(b)) for a, b in zip(self.blocks.starts, ends, strict=True)]
+
+    def sorted(self, values: Sequence[np.ndarray], joint: int) -> np.ndarray:
+        """Columns of i candidates on a joint, (p, r) each, sorted, shape (i, p, r)."""
+        order, weight = self.blocks.order, self.weight[joint]
+        return np.stack([column[:, order] for column in values]) * weight
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Sums of sorted values (..., r) over the rows of each block, shape (k, ...)."""
+        return np.moveaxis(np.add.reduceat(values, self.blocks.starts, axis=-1), -1, 0)
+
+    def by_row(self, values: np.ndarray) -> np.ndarray:
+        """Values (k, ...) of each block at its sorted rows, shape (r, ...)."""
+        return np.asarray(values[self.blocks.number[self.blocks.order]])
 
     def in_sequence(self, values: np.ndarray) -> np.ndarray:
-        """Values (k, n, l) of all blocks as rows (r, n)."""
-        block, place = self.places
-        return np.asarray(values[block, :, place])
+        """Sorted values (n, r) as rows in the order of the runs, (r, n)."""
+        rows = np.empty((values.shape[1], values.shape[0]))
+        rows[self.blocks.order] = values.T
+        return rows
 
     def mixed(self, torque: np.ndarray, count: int) -> np.ndarray:
         """Products of the columns of all unknowns with another torque (r, n), shape (b,)."""
-        products, torque = np.zeros(count), self._padded(torque)
+        products, torque = np.zeros(count), torque[self.blocks.order]
         for joint, (columns, acting) in enumerate(zip(self.columns, self.acting, strict=True)):
-            products[acting] += torque[:, :, joint].ravel() @ columns.reshape(-1, len(acting))
+            products[acting] += torque[:, joint] @ columns
         return products
 
     def residual(self, values: np.ndarray) -> np.ndarray:
-        """Residual of the torque with unknowns (b,), or (k, b) if each block has its own, shape (k, n, l)."""
-        each = np.broadcast_to(values, (self.shape[0], values.shape[-1]))[:, :, None]
-        joints = zip(self.columns, self.acting, strict=True)
-        explained = [(columns @ each[:, acting])[:, :, 0] for columns, acting in joints]
-        return np.asarray(self.torque - np.stack(explained, axis=1))
+        """Residual of the torque with unknowns (b,), or (k, b) if each block has its own, shape (n, r)."""
+        return self.torque - self.torque_of([values[..., acting] for acting in self.acting])
+
+    def torque_of(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """Torque of each joint's unknowns, [n] of (a,), or (k, a) if each block has its own, shape (n, r)."""
+        torque = np.empty(self.torque.shape)
+        for own, columns, some in zip(torque, self.columns, values, strict=True):
+            each = np.broadcast_to(some, (len(self.spans), some.shape[-1]))
+            for rows, unknowns in zip(self.spans, each, strict=True):
+                own[rows] = columns[rows] @ unknowns
+        return torque
 
     def errors(self, values: np.ndarray) -> np.ndarray:
         """Squared residual of each block with its own set of unknowns (k, b), shape (k, n) [(N m)^2]."""
-        return np.asarray(np.square(self.residual(values)).sum(axis=2))
-
-    def _padded(self, values: np.ndarray) -> np.ndarray:
-        """Rows (r, ...) arranged in blocks, shape (k, l, ...)."""
-        padded = np.zeros((*self.shape, *values.shape[1:]))
-        padded[self.places] = values
-        return padded
+        return self.sums(np.square(self.residual(values)))

@@ -65,7 +65,7 @@ class Prediction:
         fitted, counts = blocks.fitted[:, None].astype(float), sums.counts
         total = np.maximum((counts * fitted).sum(axis=0), 1.0)
         weighting = similar or Weighting(
-            (np.square(sums.torque).sum(axis=2) * fitted).sum(axis=0) / total + 1e-30,
+            (sums.sums(np.square(sums.torque)) * fitted).sum(axis=0) / total + 1e-30,
             fitted + 0.0 * counts,
             np.ones(counts.shape[1]),
         )
@@ -77,7 +77,7 @@ class Prediction:
             if turn == TURNS or (settled and not first):
                 break
             # Held-out runs must not influence the weights of fitted runs.
-            residual = sums.in_sequence(sums.residual(now.values) * fitted[:, :, None])
+            residual = sums.in_sequence(sums.residual(now.values) * sums.by_row(fitted).T)
             independent = independent_share(residual, rows.runs, rate) * repeated_share(
                 residual, blocks.first
             )
@@ -95,16 +95,6 @@ class Prediction:
         """Square root of the weight of each block and joint, (k, n); held-out blocks count as fitted."""
         if_fitted = self.weighting.independent / self.weighting.variance
         return np.sqrt(np.where(self.blocks.fitted[:, None], self.weighting.weight, if_fitted))
-
-    @cached_property
-    def row_scale(self) -> np.ndarray:
-        """Factor that whitens each row and joint, shape (r, n); zero where a row does not count."""
-        return self.rows.weight * self.scale[self.blocks.number]
-
-    @cached_property
-    def whitened_torque(self) -> np.ndarray:
-        """Torque to explain times the scale of each block, shape (k, n, l)."""
-        return self.sums.torque * self.scale[:, :, None]
 
     @cached_property
     def _block_equations(self) -> tuple[np.ndarray, np.ndarray]:
@@ -184,17 +174,18 @@ class Prediction:
 
     def squares(self, joint: int, unknowns: np.ndarray) -> np.ndarray:
         """Squared whitened torque (k, c) on a joint of c sets of unknowns that act on it, (k, c, a)."""
-        columns, scale = self.sums.columns[joint], np.square(self.scale[:, joint, None])
-        if columns.shape[1] < columns.shape[2]:
-            return np.asarray(np.square(unknowns @ np.swapaxes(columns, 1, 2)).sum(axis=2) * scale)
+        scale = np.square(self.scale[:, joint, None])
         return np.einsum("kca,kca->kc", unknowns @ self.sums.squares[joint], unknowns) * scale
 
     @cached_property
     def along_errors(self) -> list[np.ndarray]:
         """Products of whitened columns with the residual of predicted blocks, by joint, [n] of (k, a)."""
-        errors = self.whitened_errors * self.scale[:, :, None]
-        each = enumerate(self.sums.columns)
-        return [(errors[:, joint, None] @ columns)[:, 0] for joint, columns in each]
+        sums, weight = self.sums, np.square(self.scale)
+        each = zip(sums.squares, sums.products, sums.acting, weight.T[..., None], strict=True)
+        return [
+            scale * (products - (squares @ self.left_out[:, acting, None])[..., 0])
+            for squares, products, acting, scale in each
+        ]
 
     @cached_property
     def left_out(self) -> np.ndarray:
@@ -206,11 +197,6 @@ class Prediction:
         return values
 
     @cached_property
-    def whitened_errors(self) -> np.ndarray:
-        """Residual of each block when the others predict it, times the block's scale, shape (k, n, l)."""
-        return self.sums.residual(self.left_out) * self.scale[:, :, None]
-
-    @cached_property
     def errors(self) -> np.ndarray:
         """Sum of squared errors of each block when the others predict it, shape (k, n) [(N m)^2]."""
         return self.sums.errors(self.left_out)
@@ -219,11 +205,6 @@ class Prediction:
     def residual(self) -> np.ndarray:
         """Residual of the fit, shape (r, n) [N m]."""
         return self.rows.difference - self.rows.torque(self.values)
-
-    @cached_property
-    def left_out_residual(self) -> np.ndarray:
-        """Residual of each block predicted by the others, (r, n) [N m]; zero where a row does not count."""
-        return self.sums.in_sequence(self.sums.residual(self.left_out))
 
     @cached_property
     def covariance(self) -> np.ndarray:

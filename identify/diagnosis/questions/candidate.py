@@ -98,7 +98,8 @@ class Thinned:
     """Columns of a candidate over all runs, decimated."""
 
     joints: np.ndarray  # joints it gives torque to, shape (k,)
-    values: np.ndarray  # torque per unit of each coefficient, shape (r, k, p)
+    # torque per unit of each coefficient, shape (r, k, p); in single precision, since there are thousands
+    values: np.ndarray
     std: np.ndarray  # expected deviation of each coefficient from its mean, shape (p,)
     mean: np.ndarray  # expected value, shape (p,); zero where the size of an effect is unknown
     usual: np.ndarray | None = None  # RMS torque of its joints, shape (k,) [N m]; None with `expected`
@@ -121,6 +122,7 @@ class Thinned:
         values = np.moveaxis(values, -1, 0)
         usual = np.sqrt(np.mean(np.concatenate([run.torque[:, joints] ** 2 for run in runs]), axis=0))
         strength = np.sqrt(np.mean(values**2, axis=0))
+        values = values.astype(np.float32)
         # The joint on which a coefficient acts most limits its size.
         share = np.max(strength / np.maximum(usual[:, None], np.finfo(float).tiny), axis=0, initial=0.0)
         if candidate.expected is not None:

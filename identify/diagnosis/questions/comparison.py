@@ -68,16 +68,14 @@ def by_blocks(prediction: Prediction, answer: Answer, other: Answer) -> float:
     none if the other is. Joints that see neither do not count.
     """
     first, second = predicted_change(prediction, answer), predicted_change(prediction, other)
-    difference = (first - second) * prediction.rows.weight
-    residual = prediction.left_out_residual - second
+    sums, difference = prediction.sums, first - second
+    residual = sums.residual(prediction.left_out) - second
     noise, share = 1.0 / prediction.weighting.variance, prediction.weighting.independent
     errors = share * noise * 0.5 * (answer.errors + other.errors)
     seen = seeing(answer) | seeing(other)
-    weight = seen * share * noise * trusted(errors, share * prediction.sums.counts)
-    along, size = (
-        np.sum(prediction.blocks.sums(product) * weight, axis=1)
-        for product in (residual * difference, difference**2)
-    )
+    weight = seen * share * noise * trusted(errors, share * sums.counts)
+    products = residual * difference, difference**2
+    along, size = (np.sum(sums.sums(product) * weight, axis=1) for product in products)
     fitted = prediction.blocks.fitted
     return float(all_or_nothing(along[fitted], size[fitted]))
 

@@ -12,9 +12,8 @@ from .candidate_fit import Fitted, solved, with_diagonal
 
 
 class ActingOn(NamedTuple):
-    """Whitened columns of i candidates on one joint, p each, and their products in each block."""
+    """Products of i candidates' whitened columns on one joint, p each, in each block."""
 
-    columns: np.ndarray  # columns, shape (k, i, p, l)
     squares: np.ndarray  # products of the columns, shape (k, i, p, p)
     products: np.ndarray  # products with the unknowns that act on the joint, shape (k, i, p, a)
     torque: np.ndarray  # products with the torque to explain, shape (k, i, p)
@@ -22,15 +21,15 @@ class ActingOn(NamedTuple):
 
     @classmethod
     def of(cls, prediction: Prediction, joint: int, values: np.ndarray) -> "ActingOn":
-        """Whiten and arrange values (i, p, r) of columns on a joint."""
-        columns = prediction.sums.arranged(values * prediction.row_scale[:, joint])
-        flat = columns.reshape(len(columns), -1, columns.shape[3])
-        each = prediction.whitened_torque[:, joint], prediction.whitened_errors[:, joint]
-        torque, errors = np.moveaxis(flat @ np.stack(each, axis=2), 2, 0)
-        products = (flat @ prediction.sums.columns[joint]) * prediction.scale[:, joint, None, None]
-        shape = columns.shape[:3]
-        products, torque, errors = (x.reshape(*shape, *x.shape[2:]) for x in (products, torque, errors))
-        return cls(columns, gram(columns), products, torque, errors)
+        """Products of sorted values (i, p, r) of columns on a joint, zero where a row does not count."""
+        sums, shape = prediction.sums, values.shape[:2]
+        flat, weight = values.reshape(-1, values.shape[2]), np.square(prediction.scale[:, joint, None, None])
+        products = sums.products_of(flat, sums.columns[joint]) * weight
+        torque = sums.products_of(flat, sums.torque[joint, :, None]) * weight
+        errors = torque - products @ prediction.left_out[:, sums.acting[joint], None]
+        each = (products, torque[..., 0], errors[..., 0])
+        squares = _squares(prediction, values) * weight[..., None]
+        return cls(squares, *(x.reshape(len(weight), *shape, *x.shape[2:]) for x in each))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +54,7 @@ class Eliminated:
         products, matrix = np.zeros((*shape, len(prediction.rows.std))), np.zeros((*shape, shape[1]))
         right, by_joint, fitted = np.zeros(shape), dict[int, ActingOn](), prediction.blocks.fitted
         for place, joint in enumerate(alike[0].joints.tolist()):
-            values = np.stack([columns.values[:, place].T for columns in alike])
+            values = prediction.sums.sorted([columns.values[:, place].T for columns in alike], joint)
             by_joint[joint] = own = ActingOn.of(prediction, joint, values)
             products[:, :, prediction.sums.acting[joint]] += own.products[fitted].sum(axis=0)
             matrix += own.squares[fitted].sum(axis=0)
@@ -120,16 +119,21 @@ class Eliminated:
                 square[:, :, joint] += (coefficients * change[..., 0]).sum(axis=2)
         return linear, np.maximum(square, 0.0)
 
-    def predicted(self, fits: Fitted) -> np.ndarray:
-        """Change of the whitened prediction of each block by the others, of one candidate, (k, n, l)."""
-        coefficients, decrease = self.left_out(fits)
-        change = np.zeros(self.prediction.whitened_errors.shape)
-        sums, scale = self.prediction.sums, self.prediction.scale[:, :, None]
-        for joint, (columns, places) in enumerate(zip(sums.columns, sums.acting, strict=True)):
-            change[:, joint] = -(columns @ decrease[:, 0, places, None])[:, :, 0] * scale[:, joint]
-        for joint, own in self.acting.items():
-            change[:, joint] += combined(coefficients[:, 0], own.columns[:, 0])
+    def predicted(self, fits: Fitted, columns: Thinned) -> np.ndarray:
+        """Change of the prediction of each block by the others, of one candidate, sorted (n, r) [N m]."""
+        sums, (coefficients, decrease) = self.prediction.sums, self.left_out(fits)
+        change = -sums.torque_of([decrease[:, 0, places] for places in sums.acting])
+        for place, joint in enumerate(columns.joints.tolist()):
+            [values] = sums.sorted([columns.values[:, place].T], joint)
+            change[joint] += np.einsum("rp,pr->r", sums.by_row(coefficients[:, 0]), values)
         return change
+
+
+def _squares(prediction: Prediction, columns: np.ndarray) -> np.ndarray:
+    """Products of sorted columns (i, p, r) of each candidate in each block, shape (k, i, p, p)."""
+    if columns.shape[1] == 1:
+        return prediction.sums.sums(np.square(columns[:, 0]))[..., None, None]
+    return np.stack([gram(columns[:, :, rows]) for rows in prediction.sums.spans])
 
 
 def combined(coefficients: np.ndarray, rows: np.ndarray) -> np.ndarray:

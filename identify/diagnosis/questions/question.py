@@ -31,7 +31,7 @@ def ask(
     return [
         answer
         for (count, *_), alike in groups.items()
-        for together in [max(1, int(TOGETHER / (count * prediction.whitened_errors.size)))]
+        for together in [max(1, int(TOGETHER / (count * prediction.rows.difference.size)))]
         for start in range(0, len(alike), together)
         for answer in _answers(prediction, alike[start : start + together])
         if strange or not answer.strange
@@ -65,9 +65,9 @@ def _answers(prediction: Prediction, alike: Sequence[tuple[Candidate, Thinned]])
 
 
 def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
-    """Change of every block's prediction by the others with an answer's effect, shape (r, n) [N m].
+    """Change of every block's prediction by the others with an answer's effect, shape (n, r) [N m].
 
-    It is zero where a row does not count.
+    Rows are sorted by block, and zero where a row does not count.
     """
     candidate, columns = answer.candidate, answer.columns
     fits = Fitted(
@@ -77,8 +77,7 @@ def predicted_change(prediction: Prediction, answer: Answer) -> np.ndarray:
         columns.mean[None],
         np.ones(1, bool),
     )
-    change = Eliminated.of(prediction, [columns]).predicted(fits)
-    return prediction.sums.in_sequence(change / prediction.scale[:, :, None])
+    return Eliminated.of(prediction, [columns]).predicted(fits, columns)
 
 
 def _fitted(eliminated: Eliminated, alike: Sequence[tuple[Candidate, Thinned]]) -> tuple[Fitted, np.ndarray]:

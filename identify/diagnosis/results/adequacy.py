@@ -86,22 +86,17 @@ def separate_errors(prediction: Prediction, shared: np.ndarray) -> np.ndarray:
 
     These parameters stay near the shared ones, shape (k, b), where the joint does not determine them.
     """
-    sums, errors = prediction.sums, []
-    for joint, (acting, columns) in enumerate(zip(sums.acting, sums.columns, strict=True)):
-        weight, separate, torque = (
-            prediction.weighting.weight[:, joint],
-            shared[:, acting],
-            sums.torque[:, joint],
-        )
-        grams = weight[:, None, None] * (np.swapaxes(columns, 1, 2) @ columns)
-        rights = weight[:, None] * (torque[:, None] @ columns)[:, 0]
+    sums, alone = prediction.sums, []
+    joints = zip(sums.acting, sums.squares, sums.products, prediction.weighting.weight.T, strict=True)
+    for acting, squares, products, weight in joints:
+        separate, grams, rights = shared[:, acting], (squares.T * weight).T, (products.T * weight).T
         matrix, side = grams.sum(axis=0), rights.sum(axis=0)
         prior = OWN * np.diag(matrix)
         for block, (gram, right) in enumerate(zip(grams, rights, strict=True)):
             factor = factored(matrix - gram + np.diag(prior))
             separate[block] = solve(factor, side - right + prior * separate[block])
-        errors.append(np.square(torque - (columns @ separate[:, :, None])[:, :, 0]).sum(axis=1))
-    return np.stack(errors, axis=1)
+        alone.append(separate)
+    return sums.sums(np.square(sums.torque - sums.torque_of(alone)))
 
 
 def large_misfits(

@@ -39,7 +39,8 @@ def _of_model(rows: Rows, count: int) -> Rows:
     names = rows.names
     places = [place for place, name in enumerate(names) if place < count or name.startswith(GAIN)]
     fields = {name: getattr(rows, name)[places] for name in ("std", "mean", "lower", "bounded")}
-    return replace(rows, parts=(rows.columns[:, :, places],), names=tuple(names[k] for k in places), **fields)
+    columns = rows.columns_at(np.array(places))
+    return replace(rows, parts=(columns,), names=tuple(names[k] for k in places), **fields)
 
 
 def _weighted(start: Prediction, rows: Rows, sums: BlockRows) -> Prediction:
@@ -49,7 +50,7 @@ def _weighted(start: Prediction, rows: Rows, sums: BlockRows) -> Prediction:
     weighting = replace(start.weighting, trust=alike)
     for _ in range(TURNS):
         prediction = Prediction(rows, start.blocks, start.rate, sums, weighting)
-        residual = sums.residual(prediction.values)[start.blocks.fitted]
-        variance = np.sum(residual**2, axis=(0, 2)) / total
+        residual = sums.sums(np.square(sums.residual(prediction.values)))
+        variance = residual[start.blocks.fitted].sum(axis=0) / total
         weighting = replace(weighting, variance=rows.row_variance(variance + 1e-30))
     return Prediction(rows, start.blocks, start.rate, sums, weighting)

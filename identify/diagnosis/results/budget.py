@@ -1,6 +1,7 @@
 """Budget: causes of the baseline residual, and the quantities on which it depends."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -14,7 +15,11 @@ TOLERATED = "drive gains, clock errors and reversals of friction"
 
 
 def budget(
-    predictions: Sequence[Prediction], residual_answers: list[Answer], noise: np.ndarray, names: Sequence[str]
+    baselines: Iterable[Prediction],
+    final: Prediction,
+    residual_answers: list[Answer],
+    noise: np.ndarray,
+    names: Sequence[str],
 ) -> Budget:
     """Shares of the squared residual of the baseline, in blocks that were not used to fit it.
 
@@ -23,15 +28,16 @@ def budget(
     time, ... predict of it. The shares of a joint add up to one.
 
     Args:
-        predictions: Predictions of the baseline with none, one, ... and all f findings, then the final one.
+        baselines: Predictions of the baseline with none, one, ... and all f findings; one is held at a time.
+        final: Prediction of the final model.
         residual_answers: Answers of smooth functions added to the final prediction.
         noise: Noise of each joint's torque, shape (n,) [N m]; zero if unknown.
         names: Names of the held-out runs.
     """
-    fitted = predictions[-1].blocks.fitted
+    fitted = final.blocks.fitted
     judged = fitted if np.all(fitted) else ~fitted  # held-out blocks, or all if there are none
     # Residual power of each joint, shape (f + 2, n) [(N m)^2].
-    powers = np.array([prediction.power(prediction.errors, judged) for prediction in predictions])
+    powers = np.array([each.power(each.errors, judged) for each in chain(baselines, [final])])
     total = np.maximum(powers[0], 1e-300)
     steps = np.maximum(powers[:-1] - powers[1:], 0.0)
     # If a step makes a joint worse, the shares of the other steps shrink.

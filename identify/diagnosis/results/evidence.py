@@ -25,7 +25,7 @@ def evidence(result: SearchResult, baseline: Prediction, noise: np.ndarray) -> E
     """Evidence of a diagnosis, held-out runs first; `noise` is the noise floor of each joint (n,) [N m]."""
     model, fitted = result.problem.model, _with_phases(result)
     rows, count = result.prediction.rows, len(model.names)
-    remaining, parts = rows.difference - rows.columns @ fitted, explained(result, rows, fitted)
+    remaining, parts = rows.difference - rows.torque(fitted), explained(result, rows, fitted)
     traces = []
     for run, places in zip(result.problem.runs, rows.runs, strict=True):
         weight = result.problem.base.weight[places]
@@ -51,9 +51,9 @@ def _with_phases(result: SearchResult) -> np.ndarray:
     weight = rows.weight * ~result.problem.blocks.fitted[result.problem.blocks.number][:, None]
     for place, selected in enumerate(result.selected):
         unknowns = places_of(result, place)
-        columns = (rows.columns[:, :, unknowns] * weight[:, :, None]).reshape(-1, len(unknowns))
+        columns = (rows.columns_at(unknowns) * weight[:, :, None]).reshape(-1, len(unknowns))
         shown = np.any(columns, axis=0) & selected.answer.candidate.by_run
-        residual = ((rows.difference - rows.columns @ values) * weight).ravel()
+        residual = ((rows.difference - rows.torque(values)) * weight).ravel()
         values[unknowns[shown]] += np.linalg.lstsq(columns[:, shown], residual, rcond=None)[0]
     return values
 
@@ -68,7 +68,7 @@ def places_of(result: SearchResult, place: int) -> np.ndarray:
 def explained(result: SearchResult, rows: Rows, values: np.ndarray) -> np.ndarray:
     """Torque of each finding for these unknowns (b,), shape (f, r, n) [N m]."""
     unknowns = [places_of(result, place) for place in range(len(result.selected))]
-    parts = [rows.columns[:, :, places] @ values[places] for places in unknowns]
+    parts = [rows.columns_at(places) @ values[places] for places in unknowns]
     return np.array(parts).reshape(len(parts), *rows.difference.shape)
 
 
@@ -160,9 +160,9 @@ def _add_formula_error(result: SearchResult, spread: Spread, place: int) -> None
     """
     prediction, (unknowns, _), own = spread.prediction, spread.of(result, place), places_of(result, place)
     rows, weight = prediction.rows, prediction.weighting.weight[prediction.blocks.number]
-    torque = rows.columns[:, :, own] @ result.prediction.values[own]
+    torque = rows.columns_at(own) @ result.prediction.values[own]
     part = FORMULA**2 * np.sum(weight * torque**2) / SPLINES
-    slopes = np.einsum("rnq,rn->q", rows.columns[:, :, unknowns] ** 2, weight)
+    slopes = np.einsum("rnq,rn->q", rows.columns_at(unknowns) ** 2, weight)
     spread.covariance[unknowns, unknowns] += 1.0 / (slopes / max(part, NOTHING) + rows.std[unknowns] ** -2.0)
 
 
@@ -188,7 +188,7 @@ def _covariance(result: SearchResult, prediction: Prediction) -> np.ndarray:
     covariance = np.array(prediction.covariance)
     for place, selected in enumerate(result.selected):
         places = places_of(result, place)
-        columns = prediction.rows.columns[:, :, places]
+        columns = prediction.rows.columns_at(places)
         aside = result.problem.base.weight * np.any(columns, axis=2) if selected.once else np.zeros((1, 1))
         if not np.any(aside * (prediction.rows.weight == 0.0)):  # not a contact, or measured by other signals
             continue
@@ -248,7 +248,7 @@ def _more(result: SearchResult, place: int, name: str) -> np.ndarray:
     if np.any(answer.columns.whole):
         # A delay also shifts noise, which says nothing about it; the column of the clock error does.
         late = np.isin(np.arange(rows.difference.shape[1]), answer.columns.joints)
-        return rows.columns[:, :, rows.names.index(CLOCK)] * late
+        return rows.columns_at(np.array([rows.names.index(CLOCK)]))[:, :, 0] * late
     candidate, values = answer.candidate, result.prediction.values[places_of(result, place)]
     less, more, apart = around(candidate, name)
     torques = [Thinned.of(other, result.problem.runs).values @ values for other in (less, more)]

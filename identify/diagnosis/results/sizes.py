@@ -195,7 +195,7 @@ def left_out(
     """
     finding, prediction = unknowns_of(result, spread, place), spread.prediction
     rows = sum(run.rows for run in result.problem.fitted)
-    columns = prediction.rows.columns[:rows][:, :, finding.unknowns]
+    columns = prediction.rows.columns_at(finding.unknowns)[:rows]
     covariance = spread.covariance[np.ix_(finding.unknowns, finding.unknowns)]
     torques = columns[:, :, : len(finding.values)] @ finding.values
     [torque] = rms_torque(torques[:, :, None])

@@ -14,7 +14,7 @@ from ..questions.comparison import competing, equally_weighted
 from ..questions.question import ask
 from ..questions.shape import refined
 from .problem import Pairs, Problem
-from .selected import Selected, keys_of
+from .selected import EXCLUDED_ODDS, Selected, keys_of
 
 COLORED = 14
 """Number of top hypotheses whose answers account for the autocorrelation of the residual."""
@@ -78,7 +78,8 @@ def _answers_by_load(
     """Candidates that `wanted` accepts, and their answers.
 
     A load changes little from one finding to the next, and columns of gears take long. So columns at an
-    earlier load rank all hypotheses, and only those of the first are formed again.
+    earlier load rank all hypotheses, and only those of the first are formed again, in shapes that are not
+    excluded.
     """
     listed = [pair for pair in problem.last_formed if wanted(pair[0], pair[1].joints)]
     pairs = list(listed)
@@ -89,9 +90,10 @@ def _answers_by_load(
     answers = ask(prediction, pairs, strange=True)
     gains: dict[object, float] = {}
     for answer in answers:
-        gains[answer.candidate.key] = max(answer.gain, gains.get(answer.candidate.key, -np.inf))
-    first = set(nlargest(FORMED, gains, key=lambda key: gains[key]))
-    fresh = dict(problem.at_load([pair for pair in listed if pair[0].key in first]))
+        gains[answer.candidate.key] = max(answer.gain, gains.get(answer.candidate.key, 0.0))
+    least = {key: gains[key] - EXCLUDED_ODDS for key in nlargest(FORMED, gains, key=lambda key: gains[key])}
+    likely = {id(a.candidate) for a in answers if a.gain > max(least.get(a.candidate.key, np.inf), 0.0)}
+    fresh = dict(problem.at_load([pair for pair in listed if id(pair[0]) in likely]))
     moved = [
         (candidate, fresh[candidate]) for candidate, old in pairs if fresh.get(candidate, old) is not old
     ]

@@ -45,15 +45,15 @@ def synthetic(held_out):
 
 
 def steps(problem, answers):
-    """Predictions with none, one, ... and all findings; the last model has nothing besides."""
+    """Predictions with none, one, ... and all findings, and that of the last model, with nothing besides."""
     predictions = [problem.prediction(answers[:count]) for count in range(len(answers) + 1)]
-    return [*predictions, predictions[-1]]
+    return predictions, predictions[-1]
 
 
 @pytest.mark.parametrize("held_out", [(), (16, 17, 18, 19)])
 def test_shares_of_known_effects_are_their_powers(held_out):
     problem, found = synthetic(held_out)
-    one = budget(steps(problem, found), [], np.full(2, WHITE), list(map(str, held_out)))
+    one = budget(*steps(problem, found), [], np.full(2, WHITE), list(map(str, held_out)))
     first, second = SIZES[0] ** 2, SIZES[1] ** 2
     total = np.array([first + second, second]) + WHITE**2
     shares = {
@@ -74,7 +74,7 @@ def test_a_finding_that_costs_a_joint_something_has_no_share_of_it():
     problem, found = synthetic(())
     noise = np.random.default_rng(5).normal(size=(COUNT, 2, 1))
     [wrong] = ask(problem.prediction([]), [asked(noise, (0, 1), where=(), effect="nothing")])
-    one = budget(steps(problem, [found[1], wrong]), [], np.full(2, WHITE), ())
+    one = budget(*steps(problem, [found[1], wrong]), [], np.full(2, WHITE), ())
     assert all(np.all(share.percent >= 0.0) for share in one.shares)
     np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
     assert np.all(one.shares[1].percent < 1.0)
@@ -86,8 +86,7 @@ def test_the_budget_of_an_arm_adds_up_with_what_is_left():
         prediction = found.problem.prediction([one.answer for one in kept])
         left = discrepancies(found.problem, prediction)
         part = replace(found, selected=kept, prediction=prediction)
-        predictions = [*baselines(part), prediction]
-        one = budget(predictions, left, noise_floor(found.problem.runs)[0], ["held out"])
+        one = budget(baselines(part), prediction, left, noise_floor(found.problem.runs)[0], ["held out"])
         np.testing.assert_allclose(sum(share.percent for share in one.shares), [100.0, 100.0])
         assert all(np.all(share.percent >= 0.0) for share in one.shares)
         if not kept:

@@ -118,14 +118,15 @@ def predicted(laps, repeats=True):
 def test_a_block_is_predicted_without_any_of_its_laps():
     prediction = predicted(3.0)
     given, number = prediction.rows, prediction.blocks.number
+    left_out = prediction.sums.in_sequence(prediction.sums.residual(prediction.left_out))
     for block in (0, 5, 11):
         inside = number == block
         weight = np.sqrt(prediction.weighting.weight[number[~inside]])
         columns, torque = given.columns[~inside] * weight[:, :, None], given.difference[~inside] * weight
         values = np.linalg.lstsq(columns.reshape(-1, 2), torque.ravel(), rcond=None)[0]
         np.testing.assert_allclose(prediction.left_out[block], values, rtol=1e-6)
-        left = given.difference[inside] - given.columns[inside] @ values
-        np.testing.assert_allclose(prediction.left_out_residual[inside], left, atol=1e-8)
+        residual = given.difference - given.columns @ values
+        np.testing.assert_allclose(left_out[inside], residual[inside], atol=1e-8)
 
 
 @pytest.mark.parametrize("repeats", [True, False])
@@ -137,14 +138,14 @@ def test_what_repeats_counts_once_and_noise_in_each_lap(repeats):
     assert np.mean(std[1] / std[0]) == pytest.approx(1.0 if repeats else 3**-0.5, rel=0.3)
 
 
-def test_rows_are_arranged_and_put_back():
+def test_rows_are_sorted_by_block_and_put_back():
     prediction = predicted(2.5)
-    sums, values = prediction.sums, np.random.default_rng(5).normal(size=(2, len(prediction.rows.difference)))
-    arranged = sums.arranged(values)
-    assert arranged.shape == (len(prediction.blocks), 2, sums.shape[1])
-    np.testing.assert_allclose(sums.in_sequence(arranged), values.T)
-    squares = np.square(values.T)
-    np.testing.assert_allclose(np.square(arranged).sum(axis=2), prediction.blocks.sums(squares))
+    sums, values = prediction.sums, np.random.default_rng(5).normal(size=(2, len(prediction.blocks.number)))
+    in_order = np.concatenate([sums.sorted([column[None]], joint)[0] for joint, column in enumerate(values)])
+    np.testing.assert_allclose(sums.in_sequence(in_order), values.T * prediction.rows.weight)
+    squares = np.bincount(prediction.blocks.number, values[1] ** 2 * prediction.rows.weight[:, 1])
+    np.testing.assert_allclose(sums.sums(np.square(in_order))[:, 1], squares)
+    np.testing.assert_allclose(sums.products_of(in_order, in_order.T)[:, 1, 1], squares)
 
 
 def test_rows_that_do_not_count_are_no_laps():
