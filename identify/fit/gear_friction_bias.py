@@ -7,15 +7,16 @@ the motion of the fit's runs, and is several times the standard deviation of the
 what no base parameter absorbs. A payload that is identified with the fit needs it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from ..arm.motion import Motion
 from ..effects.load_dependent_friction import LoadDependentFriction
-from ..model import Model
+from ..model import CHUNK, Model
 from ..preparation.prepare import Prepared
-from .base_parameters import BaseParameters
-from .equations import Equations, decimated_regressor
+from .equations import Equations
 from .estimators import Estimate
 
 REVERSAL = 0.02
@@ -49,11 +50,15 @@ def gear_friction_bias(
 
 def _friction(model: Model, runs: Sequence[Prepared]) -> np.ndarray:
     """Filtered friction torque per friction over transmitted torque, shape (r, n, n) [N m]."""
-    loaded = model + LoadDependentFriction(reversal=REVERSAL)
-    count, n = len(loaded.names), model.robot.dof
-    columns = np.arange(count - n, count)
-    base = BaseParameters(tuple(loaded.parameters), columns, np.eye(count)[columns], (0.0, 0.0))
-    return np.concatenate([decimated_regressor(loaded, base, run, run.motion)[0] for run in runs])
+    friction, robot = LoadDependentFriction(reversal=REVERSAL), model.robot
+
+    def pieces(motion: Motion) -> Iterator[np.ndarray]:
+        for start in range(0, len(motion), CHUNK):
+            piece = motion[start : start + CHUNK]
+            yield friction.regressor(robot, replace(piece, load=model.gear_load(piece)))
+
+    columns = np.concatenate([run.decimation.stream(pieces(run.motion)) for run in runs])
+    return np.einsum("ij,tjb->tib", robot.to_motors, columns)
 
 
 def _solve(jacobian: np.ndarray, torque: np.ndarray) -> np.ndarray:

@@ -145,8 +145,9 @@ def _envelope(stamps: np.ndarray, number: np.ndarray, width: int) -> tuple[np.nd
     count = max(len(stamps) // width, 2)
     slope = np.polyfit(number, stamps, 1)[0]
     for _ in range(2):  # which stamp is the earliest depends on the slope
-        stretches = np.array_split(np.arange(len(stamps)), count)
-        places = np.array([rows[np.argmin((stamps - slope * number)[rows])] for rows in stretches])
+        stretches = np.array_split(stamps - slope * number, count)
+        starts = np.cumsum([0, *map(len, stretches[:-1])])
+        places = starts + [np.argmin(stretch) for stretch in stretches]
         slope, start = np.polyfit(number[places], stamps[places], 1)
     off = stamps[places] - slope * number[places] - start
     return slope * number + start, bool(np.std(off) < STRAIGHT * slope)
