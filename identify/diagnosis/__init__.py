@@ -3,7 +3,7 @@
 from ..quantity import Quantity
 from .diagnose import diagnose
 from .findings.diagnosis import Diagnosis
+from .findings.evidence import Remainder
 from .findings.finding import Finding, Hypothesis
-from .findings.residuals import Remainder
 
 __all__ = ["Diagnosis", "Finding", "Hypothesis", "Quantity", "Remainder", "diagnose"]

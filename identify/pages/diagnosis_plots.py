@@ -13,12 +13,11 @@ from ..diagnosis.findings.evidence import Trace
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import TURNING
 from ..diagnosis.findings.size import Size
-from ..diagnosis.words.details import details
 from ..diagnosis.words.importance import clearest_joint
 from ..diagnosis.words.measures import size_words
 from ..diagnosis.words.naming import capital
 from ..diagnosis.words.sentences import dependence
-from ..diagnosis.words.verdict import verdict
+from ..diagnosis.words.verdict import details, verdict
 from ..document.document import Block, Figure, Folded, Grid, Heading, Paragraph
 from ..text_table import NORMAL_95
 from .shown import Shown

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..diagnosis.findings.diagnosis import Diagnosis
+from ..diagnosis.findings.evidence import UNCERTAIN
 from ..diagnosis.findings.finding import Finding
 from ..diagnosis.findings.quantities import with_interval
-from ..diagnosis.findings.residuals import UNCERTAIN
 from ..diagnosis.results.budget import LEAST
 from ..diagnosis.words.importance import clearest_joint, residuals, shares
 from ..diagnosis.words.naming import effect_words

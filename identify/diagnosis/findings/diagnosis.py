@@ -12,9 +12,8 @@ from ...result_file import NOT_IN_FILE
 from ...schema import Number, Real
 from .adequacy import Adequacy
 from .beliefs import Beliefs
-from .evidence import Evidence
+from .evidence import Budget, Evidence, Remainder
 from .finding import Finding
-from .residuals import Budget, Remainder
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,7 +6,7 @@ from itertools import chain
 import numpy as np
 
 from ..blocks.prediction import Prediction
-from ..findings.residuals import Budget, Share
+from ..findings.evidence import Budget, Share
 from ..questions.block_answer import Answer
 
 NOISE, OTHER = "sensor noise", "nothing that was recorded"

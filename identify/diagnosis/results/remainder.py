@@ -16,7 +16,7 @@ from ..blocks.prediction import Prediction
 from ..blocks.spectral_line import LINES, spectral_line
 from ..candidates.parts import on_joint
 from ..candidates.torque_ripple import PASSED, line_above_cutoff
-from ..findings.residuals import UNCERTAIN, Remainder
+from ..findings.evidence import UNCERTAIN, Remainder
 from ..questions.block_answer import CERTAIN_ODDS, Answer
 from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import colouring, explained_variance

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..blocks.block_likelihood import strain
 from ..blocks.prediction import LINEAR, Prediction
 from ..candidates import dependence_of, kind_of
 from ..questions.block_answer import CERTAIN_ODDS, Answer
@@ -13,7 +14,6 @@ from ..questions.candidate_fit import FORMULA
 from ..questions.comparison import by_blocks, colouring, competing, explained_variance, seeing
 from ..questions.question import ask
 from .checks import answer_beside
-from .objective import advantage
 from .once import with_contacts
 from .problem import Problem
 from .ranking import Shapes, ranked
@@ -160,3 +160,29 @@ def _in_allowed_shape(
     prediction = problem.prediction(others, similar)
     best = max(ask(prediction, shapes), key=lambda shape: shape.gain, default=None)
     return colouring(prediction, best).chosen_as(answer) if best else None
+
+
+def advantage(problem: Problem, after: Sequence[Selected], before: Sequence[Selected], total: float) -> float:
+    """Log odds of one list of findings against another, from fitted blocks, priors and shape costs.
+
+    A finding costs the log odds at which it is credible, so that no list gains by findings that are not.
+    """
+    new, old = (problem.prediction(answers_of(findings)) for findings in (after, before))
+    # Both at the same share of independent rows: the better model leaves the whiter residual.
+    independent = np.maximum(new.weighting.independent, old.weighting.independent)
+    gain = new.log_probability(new.errors, independent) - old.log_probability(old.errors, independent)
+    relief = _strain(old) - _strain(new)
+    costs = [sum(_cost(finding, total) for finding in findings) for findings in (after, before)]
+    return float(gain[problem.blocks.fitted].sum()) + relief - costs[0] + costs[1]
+
+
+def _strain(prediction: Prediction) -> float:
+    """Loss in log probability of the stated unknowns, which deviate from their priors."""
+    rows, known = prediction.rows, prediction.stated
+    apart = (prediction.values - rows.mean)[known] / rows.std[known]
+    return strain(apart, rows.bounded[known])
+
+
+def _cost(finding: Selected, total: float) -> float:
+    """Loss in log probability that a finding must make up for."""
+    return finding.answer.cost - log_prior(finding.answer, total) + CERTAIN_ODDS * (not finding.once)

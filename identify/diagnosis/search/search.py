@@ -12,10 +12,16 @@ from ..questions.candidate import Candidate, Thinned
 from ..questions.comparison import seeing
 from ..questions.question import ask
 from ..questions.shape import refined
-from .additions import at_own_load, formula_first, material_answers, with_additions, without_idle_curves
+from .additions import (
+    advantage,
+    at_own_load,
+    formula_first,
+    material_answers,
+    with_additions,
+    without_idle_curves,
+)
 from .checks import checked_by_held_out, harmful, with_refined_shape
 from .held_out import proven, shown_by_held_out, supported
-from .objective import advantage
 from .problem import Problem
 from .ranking import Shapes, ranked, total_prior
 from .selected import Selected, answers_of, keys_of, odds_of

@@ -6,7 +6,7 @@ from ...plausible.suspicion import CHECK_FIRST
 from ...text_table import digits, percent
 from ..findings.beliefs import Beliefs, Departure
 from ..findings.diagnosis import Diagnosis
-from ..findings.residuals import UNCERTAIN
+from ..findings.evidence import UNCERTAIN
 from .importance import clearest_joint
 from .naming import capital, joined, joint_words, joints_words, lower, named
 from .sentences import moment_sentence

@@ -12,10 +12,10 @@ from ...text_table import digits, percent
 from ..candidates import kind_of
 from ..findings.adequacy import Misfit
 from ..findings.diagnosis import Moment
+from ..findings.evidence import UNCERTAIN
 from ..findings.family import FAMILIES
 from ..findings.finding import Finding, Hypothesis
 from ..findings.quantities import SCALES, SLIDING, TURNING, Formatted, formatted
-from ..findings.residuals import UNCERTAIN
 from .naming import effect_words, joined, joint_words, lower
 
 OPTIONAL = re.compile(r"\[([^\[\]]*)\]")

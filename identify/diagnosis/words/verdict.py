@@ -13,7 +13,7 @@ from ..improved.improved import FOUND
 from .importance import Residuals, clearest_joint, important, residuals
 from .limits import departure_sentence, suspicion_sentences
 from .measures import slides
-from .naming import effect_words, joined, joint_words, joints_words, lower
+from .naming import effect_words, joined, joint_words, joints_words, lower, named
 from .sentences import dependence, moment_sentence, possible, sentence, span, undecided_sentence
 
 WORSE = 1.02
@@ -164,3 +164,19 @@ def decides(finding: Finding, folder: str) -> str:
     hypotheses = (finding, *finding.alternatives[:1])
     known = (kind_of(hypothesis.effect).settled_by for hypothesis in hypotheses)
     return f"tell {names} by {next(filter(None, known), 'another motion')}"
+
+
+def details(diagnosis: Diagnosis, finding: Finding, folder: str = "") -> list[str]:
+    """The finding, its probability, what is not excluded, the run that decides, and a remark."""
+    parts = [finding_sentence(diagnosis, finding)]
+    if finding in diagnosis.findings:
+        parts.append(f"Probability {percent(finding.probability, 3)}.")
+    if finding.alternatives:
+        others = [
+            f"{named(other.effect, other.joints, diagnosis.joints)} ({percent(other.probability)})"
+            for other in finding.alternatives
+        ]
+        parts.append(f"Not excluded: {lower(joined(others))}. To decide: {decides(finding, folder)}.")
+    if remark := kind_of(finding.effect).remark:
+        parts.append(f"{remark}.")
+    return parts

@@ -67,23 +67,31 @@ def sandwich(
     )
     deviation = np.sqrt(variance)[:, None]
 
+    prior = np.zeros(unknowns) if before is None else before * scale**2
+    all_blocks = [rows for run in equations.runs for rows in blocks(run, equations.rate)]
+
     def weighted_rows(array: np.ndarray, rows: slice) -> np.ndarray:
         return array[rows] * (weight[rows, :, None] / deviation * scale)
 
-    prior = np.zeros(unknowns) if before is None else before * scale**2
-    all_blocks = [rows for run in equations.runs for rows in blocks(run, equations.rate)]
+    # In the directions of this root the information is one, which keeps the digits that sums of squares lose
+    # where rows hardly determine a sum of unknowns.
+    root = inverse_root(sum((_gram(weighted_rows(jacobian, rows)) for rows in all_blocks), np.diag(prior)))
+
+    def whitened(array: np.ndarray, rows: slice) -> np.ndarray:
+        return weighted_rows(array, rows) @ root
+
     parts = [
         _part(
-            weighted_rows(instruments, rows),
-            weighted_rows(jacobian, rows),
+            whitened(instruments, rows),
+            whitened(jacobian, rows),
             residual[rows] / deviation[:, 0],
             torque[rows] / deviation[:, 0],
         )
         for rows in all_blocks
     ]
-    sums, meat = _Part(*(np.sum(terms, axis=0) for terms in zip(*parts, strict=True))), np.diag(prior)
+    sums = _Part(*(np.sum(terms, axis=0) for terms in zip(*parts, strict=True)))
+    meat = root.T * prior @ root
     bread, information = sums.bread + meat, sums.information + meat
-    root = inverse_root(information)
     # The noise level differs between runs: with a payload, currents and their noise are larger. The noise
     # color is that of the drives and encoders, the same in all runs; a short run could not determine its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
@@ -95,13 +103,19 @@ def sandwich(
         noise = color * np.outer(level, level)
         for start in range(run.start, run.stop, SEGMENT):
             rows = slice(start, min(start + SEGMENT, run.stop))
-            absorbed = _absorbed_power(weighted_rows(jacobian, rows) @ root, len(noise) - 1)
-            meat += _colored_gram(weighted_rows(instruments, rows) / deviation, noise, absorbed)
-    inverse = np.linalg.inv(bread)
+            absorbed = _absorbed_power(whitened(jacobian, rows), len(noise) - 1)
+            meat = meat + _colored_gram(whitened(instruments, rows) / deviation, noise, absorbed)
+    inverse = scale[:, None] * root @ np.linalg.inv(bread)
     covariance = inverse @ meat @ inverse.T
     moved = between_blocks([p.gradient for p in parts], [p.information for p in parts], information)
-    longer = scale * longer_by(covariance, inverse @ moved)
-    return Spread(covariance * np.outer(longer, longer), scale[:, None] * (inverse @ sums.by_scale))
+    longer = longer_by(covariance, inverse @ moved)
+    return Spread(covariance * np.outer(longer, longer), inverse @ sums.by_scale)
+
+
+def _gram(rows: np.ndarray) -> np.ndarray:
+    """Products (k, k) of rows (r, n, k) with each other."""
+    flat = rows.reshape(-1, rows.shape[2])
+    return flat.T @ flat
 
 
 class _Part(NamedTuple):

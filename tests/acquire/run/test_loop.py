@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from exidyn.acquire.run import perform as performing
-from exidyn.acquire.run.arms import make_driver
+from exidyn.acquire.run.arms import make_driver, noise_seed
 from exidyn.acquire.run.before import StartRules
 from exidyn.acquire.run.frames import HEAD, STAGES, text_frame
 from exidyn.acquire.run.perform import perform
@@ -429,3 +429,9 @@ def test_a_driver_that_is_not_ready_can_be_stopped():
 def test_in_long_cycles_a_command_is_no_tracking_error_before_a_sample_can_show_it():
     outcome = perform(Following(cycle=0.04), job())
     assert outcome.stop is None
+
+
+def test_two_runs_of_one_seed_are_two_draws():
+    assert noise_seed(0, "run") != noise_seed(0, "loaded")
+    assert noise_seed(0, "run") != noise_seed(1, "run")
+    assert noise_seed(3, "run") == noise_seed(3, "run")

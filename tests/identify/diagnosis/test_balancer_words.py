@@ -12,9 +12,9 @@ from exidyn.identification.diagnosis.candidates.springs import LEVERS, PRELOAD, 
 from exidyn.identification.diagnosis.diagnose import _range
 from exidyn.identification.diagnosis.findings.arm import Arm
 from exidyn.identification.diagnosis.improved.improved import with_finding
-from exidyn.identification.diagnosis.words.details import details
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.measures import in_units_of_joints
+from exidyn.identification.diagnosis.words.verdict import details
 from exidyn.identification.effects import SpringBalancer
 from exidyn.identification.simulation.plant import Transmission
 

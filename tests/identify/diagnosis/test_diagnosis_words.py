@@ -14,17 +14,16 @@ from exidyn.identification.diagnosis.findings.adequacy import Adequacy, Misfit
 from exidyn.identification.diagnosis.findings.axes import AXES
 from exidyn.identification.diagnosis.findings.beliefs import Beliefs, Departure
 from exidyn.identification.diagnosis.findings.diagnosis import Moment
+from exidyn.identification.diagnosis.findings.evidence import Budget, Share
 from exidyn.identification.diagnosis.findings.quantities import Formatted, stated, with_interval
-from exidyn.identification.diagnosis.findings.residuals import Budget, Share
 from exidyn.identification.diagnosis.findings.size import LeftOut, Point, Size
 from exidyn.identification.diagnosis.results.budget import NOISE as NOISE_SHARE
 from exidyn.identification.diagnosis.results.budget import OTHER
-from exidyn.identification.diagnosis.words.details import details
 from exidyn.identification.diagnosis.words.diagnosis_file import as_json
 from exidyn.identification.diagnosis.words.limits import warnings
 from exidyn.identification.diagnosis.words.measures import in_units_of_joints
 from exidyn.identification.diagnosis.words.sentences import sentence
-from exidyn.identification.diagnosis.words.verdict import verdict
+from exidyn.identification.diagnosis.words.verdict import details, verdict
 from exidyn.identification.document.text import brief_text, text
 from exidyn.identification.pages.diagnosis_document import diagnosis_document, report_html
 from exidyn.identification.pages.diagnosis_table import findings_table

@@ -131,6 +131,15 @@ def brute_force_sandwich(jacobian, residual, system, lags=60):
     return np.linalg.solve(bread, np.linalg.solve(bread, meat).T)
 
 
+def test_columns_that_are_alike_to_nine_digits_keep_their_variances(system):
+    """Sums of squares lose them, and gave variances below zero."""
+    [one, other, residual] = np.random.default_rng(3).normal(size=(3, *system.weight.shape))
+    apart = sandwich(np.stack([one, other], axis=2), residual, system).covariance
+    alike = sandwich(np.stack([one, one + 1e-9 * other], axis=2), residual, system).covariance
+    change = np.array([[1.0, -1.0], [0.0, 1.0]]) / [1.0, 1e-9]
+    np.testing.assert_allclose(alike, change @ apart @ change.T, rtol=1e-3)
+
+
 @pytest.mark.once
 def test_sandwich_is_the_sum_over_lags_of_the_known_colour():
     system, truth = equations(rows=6000)

@@ -5,12 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from exidyn.identification.errors import BadTime, RecordingError
+from exidyn.identification.errors import BadTime, NotFinite, RecordingError
+from exidyn.identification.model import Model
 from exidyn.identification.plausible.proposal import propose
 from exidyn.identification.plausible.search import posterior
 from exidyn.identification.plausible.suspicion import Guess
 
 from ...parts.runs.logs import columns, short_arm, short_log
+from ...parts.small import two_joints
 
 LOG = short_log()
 ROBOT = LOG.model.robot
@@ -211,3 +213,14 @@ def test_probabilities_sum_to_one_and_decide():
     assert found["b"] == pytest.approx(0.75)
     assert Guess("what", "b", 0.96, "").decided
     assert not Guess("what", "b", 0.94, "").decided
+
+
+@pytest.mark.parametrize("place", range(5))
+@pytest.mark.parametrize("value", [1e308, -1e308, 1e16])
+def test_numbers_that_cannot_be_computed_with_are_refused(place, value):
+    time, names = np.arange(0.0, 4.0, 0.01), ("t", "q1", "q2", "tau1", "tau2")
+    values = np.column_stack([time, np.sin(time), np.cos(time), np.cos(3 * time), np.sin(2 * time)])
+    values[-1, place] = abs(value) if place == 0 else value
+    expected = rf"column {names[place]} is above 1e\+15 in 1 of 400 rows, first in row 400"
+    with pytest.raises(NotFinite, match=expected):
+        propose(names, values, Model(two_joints.arm(), ()))
