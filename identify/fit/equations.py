@@ -14,6 +14,7 @@ from ..errors import RecordingError
 from ..model import Model
 from ..preparation.filters import Decimation
 from ..preparation.prepare import Prepared
+from ..preparation.repeated_motion import first_rows
 from .base_parameters import BaseParameters
 
 
@@ -33,6 +34,7 @@ class Equations:
     runs: tuple[slice, ...]  # rows of each run
     rate: float  # rows per second [Hz]
     noise: np.ndarray  # noise floor of `current`, shape (n,)
+    first: np.ndarray  # row in which the motion of each row was made for the first time, shape (r,)
     # Nominal value of each standard parameter, shape (p,).
     nominal: np.ndarray = field(default_factory=lambda: np.empty(0))
     # Standard deviation of the nominal values, infinite without a prior, shape (p,).
@@ -80,6 +82,7 @@ def assemble(model: Model, base: BaseParameters, runs: Sequence[Prepared]) -> Eq
         runs=tuple(slice(a, b) for a, b in zip(stops[:-1], stops[1:], strict=True)),
         rate=runs[0].decimation.output_rate,
         noise=np.sqrt(np.mean([run.noise**2 for run in runs], axis=0)),
+        first=first_rows([run.decimated_position for run in runs], [run.motion.payload for run in runs]),
         nominal=model.prior_values,
         tolerance=np.array([prior.std for prior in model.priors]),
         bodies=tuple(model.inertias),

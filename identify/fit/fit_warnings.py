@@ -9,6 +9,7 @@ import numpy as np
 from ..arm.motion import Motion
 from ..model import Model
 from ..preparation.prepare import Prepared
+from ..preparation.repeated_motion import first_rows
 from ..recordings.recording import EFFORT, Recording
 from ..text_table import NORMAL_95, digits
 from .base_parameters import BaseParameters, rich_motion
@@ -157,17 +158,8 @@ def excitation_warnings(joints: Sequence[str], runs: Sequence[Prepared], conditi
     return tuple(warnings)
 
 
-ALIKE = 0.02
-"""Relative difference below which one motion repeats another [-]: controllers repeat a motion to within 1 %,
-and different motions differ by as much as they move."""
-APART = 10.0
-"""Largest time by which one recording may start later in the motion than the other [s]."""
-COARSE, FINE = 0.05, 0.001
-"""Spacing of the time shifts, over the full range and around the best coarse shift [s]."""
-NEAR = 0.5
-"""Fine shifts are tried if the relative difference at the best coarse shift is smaller than this [-]."""
-OVERLAP = 0.5
-"""Share of the shorter run that the other run must cover."""
+REPEATED = 0.5
+"""Share of a held-out run whose motion a fitted run made before, from which on it proves little [-]."""
 
 
 def repeated_motions(used: Sequence[Prepared], held_out: Sequence[Prepared]) -> list[str]:
@@ -176,38 +168,15 @@ def repeated_motions(used: Sequence[Prepared], held_out: Sequence[Prepared]) -> 
         f"{run.name} repeats the motion of {other.name} and proves little: hold out another motion"
         for run in held_out
         for other in used
-        if run.motion.payload == other.motion.payload and _difference(run, other) < ALIKE
+        if run.motion.payload == other.motion.payload and _repeated(run, other) > REPEATED
     ]
 
 
-def _difference(run: Prepared, other: Prepared) -> float:
-    """Relative rms difference of two motions at the time shift that minimizes it [-]."""
-    first, second = _resampled(run, 0.0), _resampled(other, 0.0)
-    reach = round(APART / COARSE)
-    coarse = {shift: _shifted_difference(first, second, shift) for shift in range(-reach, reach + 1)}
-    best = min(coarse, key=lambda shift: coarse[shift])
-    if not coarse[best] < NEAR:
-        return coarse[best]
-    delays = np.arange(-COARSE, COARSE, FINE)
-    return min(_shifted_difference(first, _resampled(other, float(delay)), best) for delay in delays)
-
-
-def _resampled(run: Prepared, delay: float) -> np.ndarray:
-    """Positions (t, n) every `COARSE` seconds, starting `delay` seconds after the start of the run."""
-    time = run.motion.time - run.motion.time[0]
-    at = np.arange(0.0, time[-1], COARSE) + delay
-    return np.column_stack([np.interp(at, time, joint) for joint in run.motion.position.T])
-
-
-def _shifted_difference(first: np.ndarray, second: np.ndarray, shift: int) -> float:
-    """Relative rms difference of positions (t, n) shifted by rows; infinite if too few rows overlap."""
-    a, b = first[max(shift, 0) :], second[max(-shift, 0) :]
-    rows = min(len(a), len(b))
-    if rows < max(OVERLAP * min(len(first), len(second)), 2):
-        return np.inf
-    a, b = a[:rows], b[:rows]
-    size = float(np.linalg.norm(a - a.mean(axis=0)))
-    return float(np.linalg.norm(a - b)) / max(size, 1e-12)
+def _repeated(run: Prepared, other: Prepared) -> float:
+    """Share of a run whose motion another run has made."""
+    positions = [other.decimated_position, run.decimated_position]
+    count = len(positions[0])
+    return float(np.mean(first_rows(positions, ["", ""])[count:] < count))
 
 
 OPEN = 30.0

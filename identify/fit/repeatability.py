@@ -231,6 +231,7 @@ def _alone(equations: Equations, rows: slice) -> tuple[np.ndarray, np.ndarray]:
         current=equations.current[rows],
         known=equations.known[rows],
         weight=equations.weight[rows],
+        first=equations.first[rows],
         runs=(slice(0, rows.stop - rows.start),),
     )
     absent = np.flatnonzero(~np.any(part.regressor, axis=(0, 1)))

@@ -148,6 +148,7 @@ def _certain(
         regressor=part,
         current=rows.equations.current[loaded],
         weight=rows.equations.weight[loaded],
+        first=rows.equations.first[loaded],
         runs=tuple(slice(first, last) for first, last in pairwise(stops)),
     )
     return np.asarray(root @ _spread(part @ root, residual[loaded], equations, slow) @ root.T)

@@ -95,6 +95,11 @@ class Prepared:
         return self.decimation.apply(self.current)
 
     @property
+    def decimated_position(self) -> np.ndarray:
+        """Positions at the decimated samples, shape (r, n) [rad]."""
+        return self.motion.position[self.decimation.centres(len(self.motion))]
+
+    @property
     def decimated_time(self) -> np.ndarray:
         """Time of the decimated samples, shape (r,) [s]."""
         return self.motion.time[self.decimation.centres(len(self.motion))]

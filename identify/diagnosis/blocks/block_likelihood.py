@@ -98,25 +98,6 @@ def independent_share(
     return share
 
 
-def repeated_share(residual: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Independent rows over all rows of each joint, shape (n,), where laps repeat a motion.
-
-    A share of the residual repeats with the motion: it counts once, and noise counts in each lap. As for
-    clusters of a sample, m rows with a correlation ρ count as m / (1 + (m - 1) ρ).
-
-    Args:
-        residual: Residual, zero where a row does not count, shape (r, n) [N m].
-        first: Row in which the motion of each row was made for the first time, shape (r,).
-    """
-    share = np.ones(residual.shape[1])
-    for joint, values in enumerate(residual.T):
-        laps, squares = np.bincount(first, values != 0.0), np.bincount(first, values**2)
-        products = np.bincount(first, values) ** 2 - squares
-        correlation = max(products.sum() / max(float((laps - 1.0) @ squares), 1e-300), 0.0)
-        share[joint] = np.sum(laps / (1.0 + np.maximum(laps - 1, 0) * correlation)) / max(laps.sum(), 1.0)
-    return share
-
-
 def autocorrelation(values: np.ndarray, runs: Sequence[slice], rate: float) -> np.ndarray:
     """Autocorrelation of columns (r, n) within runs, for lags 0, 1, ... rows, shape (l, n)."""
     longest = max(rows.stop - rows.start for rows in runs)

@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ...preparation.repeated_motion import first_rows
 from ..runs.driven import Driven, slices
 from ..runs.rows import Rows
-from .repeated_motion import first_rows
 
 SECONDS = 2.0
 """Duration of a block [s]: several times the correlation time of a residual, which is at most a second."""
@@ -34,7 +34,8 @@ class Blocks:
     @classmethod
     def of(cls, runs: Sequence[Driven], held_out: str) -> "Blocks":
         """Cut runs into blocks; runs with the role `held_out` are only predicted."""
-        first = first_rows(runs)
+        kinds = [(run.role, run.motion.payload) for run in runs]  # held-out runs test the fit of the others
+        first = first_rows([run.motion.position[run.centres] for run in runs], kinds)
         new, each = first == np.arange(len(first)), slices(runs)
         pieces = [rows.start + np.flatnonzero(new[rows]) for rows in each]
         durations = [period(run) * len(piece) for run, piece in zip(runs, pieces, strict=True)]

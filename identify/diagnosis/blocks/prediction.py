@@ -7,8 +7,9 @@ import numpy as np
 
 from ... import positive_definite
 from ...positive_definite import Factor, solve, whitening
+from ...preparation.repeated_motion import repeated_share
 from ..runs.rows import Rows
-from .block_likelihood import common_variance, independent_share, log_probability, repeated_share, trust
+from .block_likelihood import common_variance, independent_share, log_probability, trust
 from .blocks import BlockRows, Blocks
 
 TURNS = 6

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...preparation.repeated_motion import repeated_share
 from ..equations import Equations
 from .colored_noise import noise_covariance, spectrum
 
@@ -95,12 +96,13 @@ def sandwich(
     # The noise level differs between runs: with a payload, currents and their noise are larger. The noise
     # color is that of the drives and encoders, the same in all runs; a short run could not determine its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
+    once = np.sqrt(repeated_share(weight * residual, equations.first))
     scaled = np.concatenate(
         [residual[run] / level for run, level in zip(equations.runs, levels, strict=True)]
     )
     color = noise_covariance(scaled, equations)
     for run, level in zip(equations.runs, levels, strict=True):
-        noise = color * np.outer(level, level)
+        noise = color * np.outer(level / once, level / once)
         for start in range(run.start, run.stop, SEGMENT):
             rows = slice(start, min(start + SEGMENT, run.stop))
             absorbed = _absorbed_power(whitened(jacobian, rows), len(noise) - 1)

@@ -5,20 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from exidyn.identification.diagnosis.blocks.block_likelihood import repeated_share
 from exidyn.identification.diagnosis.blocks.blocks import Blocks
 from exidyn.identification.diagnosis.blocks.prediction import Prediction
-from exidyn.identification.diagnosis.blocks.repeated_motion import first_rows
+from exidyn.identification.preparation.repeated_motion import first_rows, repeated_share
 from tests.parts.small.small_rows import RATE, rows
 
 SECONDS = 10.0  # duration of a lap
 
 
-def positions(laps, joints=2, seed=1, start=0.0):
+def positions(laps, joints=2, seed=1, start=0.0, seconds=SECONDS):
     """A periodic motion of several laps, with the error of a controller, shape (r, n) [rad]."""
     random = np.random.default_rng(seed)
-    time = start + np.arange(round(laps * SECONDS * RATE)) / RATE
-    waves = 2 * np.pi * np.arange(1, 6) / SECONDS
+    time = start + np.arange(round(laps * seconds * RATE)) / RATE
+    waves = 2 * np.pi * np.arange(1, 6) / seconds
     amplitude, phase = random.normal(size=(2, 5, joints))
     motion = np.sum(amplitude * np.sin(waves[:, None] * time[:, None, None] + phase), axis=1)
     return motion + 0.003 * np.ptp(motion, axis=0) * np.sin(7.3 * time[:, None])
@@ -34,28 +33,30 @@ def run(position, role="identify", payload=""):
     )
 
 
-def test_each_lap_is_known_by_the_first_one():
-    first = first_rows([run(positions(3.5))])
-    lap = round(SECONDS * RATE)
-    np.testing.assert_allclose(first, np.arange(len(first)) % lap, atol=2)
+@pytest.mark.parametrize("laps", [3.5, 20.0])
+@pytest.mark.parametrize("rows", [0.0, 0.4])
+def test_each_lap_is_known_by_the_first_one(laps, rows):
+    lap = SECONDS * RATE + rows
+    first = first_rows([positions(laps, seconds=lap / RATE)], [0])
+    apart = (first - np.arange(len(first)) + lap / 2) % lap - lap / 2
+    np.testing.assert_allclose(apart, 0.0, atol=2)
 
 
 @pytest.mark.parametrize("start", [0.0, 4.0])
 def test_a_second_run_of_the_same_motion_is_known_by_the_first_one(start):
     count = round(SECONDS * RATE)
-    first = first_rows([run(positions(1.0)), run(positions(0.6, start=start))])
+    first = first_rows([positions(1.0), positions(0.6, start=start)], [0, 0])
     expected = np.arange(round(0.6 * count)) + round(start * RATE)
     np.testing.assert_allclose(first[count:], expected, atol=2)
 
 
 def test_laps_of_a_later_run_are_known_by_an_earlier_one():
-    first = first_rows([run(positions(1.5)), run(positions(2.6, start=3.0))])
+    first = first_rows([positions(1.5), positions(2.6, start=3.0)], [0, 0])
     assert np.mean(first == np.arange(len(first))) == pytest.approx(1.0 / 4.1, abs=0.01)
 
 
-@pytest.mark.parametrize("other", [{"role": "validate"}, {"payload": "weight"}])
-def test_a_run_that_is_held_out_or_carries_a_payload_repeats_no_other_one(other):
-    first = first_rows([run(positions(1.0)), run(positions(1.0), **other)])
+def test_a_run_of_another_kind_repeats_no_other_one():
+    first = first_rows([positions(1.0), positions(1.0)], ["", "weight"])
     np.testing.assert_array_equal(first, np.arange(len(first)))
 
 
@@ -71,12 +72,12 @@ def test_a_run_that_is_held_out_or_carries_a_payload_repeats_no_other_one(other)
     ids=["one lap", "no laps", "standstill", "one way", "two motions"],
 )
 def test_a_motion_that_does_not_repeat_has_one_lap(motion):
-    np.testing.assert_array_equal(first_rows([run(motion)]), np.arange(len(motion)))
+    np.testing.assert_array_equal(first_rows([motion], [0]), np.arange(len(motion)))
 
 
 def test_joints_that_stand_still_do_not_hide_that_a_motion_repeats():
     noise = 1e-5 * np.random.default_rng(3).normal(size=(3000, 1))
-    first = first_rows([run(np.hstack([positions(3.0), noise]))])
+    first = first_rows([np.hstack([positions(3.0), noise])], [0])
     assert np.mean(first == np.arange(len(first))) == pytest.approx(1 / 3, abs=0.01)
 
 

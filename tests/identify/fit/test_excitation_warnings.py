@@ -105,10 +105,5 @@ def test_the_same_motion_again_proves_little(start):
 
 
 def test_another_motion_and_the_same_with_a_payload_are_new():
-    assert (
-        repeated_motions(
-            [sixteen_seconds("first")],
-            [sixteen_seconds("other", seed=1), sixteen_seconds("loaded", payload="L")],
-        )
-        == []
-    )
+    others = [sixteen_seconds("other", seed=1), sixteen_seconds("loaded", payload="L")]
+    assert repeated_motions([sixteen_seconds("first")], others) == []

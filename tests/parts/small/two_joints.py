@@ -72,6 +72,7 @@ def equations(rows=800, payload=False, rate=20.0, gain_tolerance=0.0):
         runs=(slice(0, rows // 2), slice(rows // 2, len(regressor))),
         rate=rate,
         noise=np.full(2, 1e-3),
+        first=np.arange(len(regressor)),
         nominal=of.nominal_values,
         tolerance=np.full(len(of.names), np.inf),
         bodies=tuple(of.inertias),
