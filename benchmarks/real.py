@@ -1,4 +1,4 @@
-"""Real arms: gains and an unknown mass of a UR10e, held-out residuals of three arms.
+"""Real arms: gains and an unknown mass of a UR10e, held-out residuals of three arms, and intervals of five.
 
 The model is the README's (rigid body, rotors, viscous and dry friction, offset). How dry friction reverses,
 from which speed on a joint counts as sliding, and the tolerance of the drawn inertias is chosen by
@@ -16,6 +16,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import combinations
 from multiprocessing import get_context
 from typing import Any
 
@@ -23,15 +24,22 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: one thread a proc
 
 import numpy as np
 from common import options, save, show
+from parts.adequacy.recordings import CORRECT
 from parts.real.choice import LAWS, Compared, choose, in_words
 from parts.real.data import FOLDER, KR300, PANDA, UR10E, DataSet
 from parts.real.payload import payloads
 
+from exidyn.identification.fit.estimators import weighted
+from exidyn.identification.fit.fit import Fit
+from exidyn.identification.fit.identification import identify
 from exidyn.identification.model import Model
+from exidyn.identification.text_table import NORMAL_95
 
 TOLERANCES = (None, 3.0, 1.0, 0.3, 0.1)
 """Relative standard deviations of the drawn inertias as prior; None for no prior."""
 QUICK_TOLERANCES = (None, 1.0, 0.1)
+SEVERAL = ("airbot_play", "baxter_left", "dvrk_psm", "kuka_lwr4", UR10E.key)
+"""Arms with several recordings of other motions."""
 
 
 def pooled(relative: np.ndarray) -> np.ndarray:
@@ -89,17 +97,37 @@ def study(data: DataSet, quick: bool) -> tuple[str, dict[str, Any]]:
     return text.getvalue(), figures
 
 
+def intervals() -> dict[str, float]:
+    """Share of base parameters in which two recordings of an arm differ beyond their 95 % intervals."""
+    fits, shares = {name: _fitted(name) for name in CORRECT if name.split()[0] in SEVERAL}, {}
+    for (name, fit), (other, again) in combinations(fits.items(), 2):
+        arm = name.split()[0]
+        if arm == other.split()[0] and fit.base.names == again.base.names:
+            (one, two), std = (
+                (fit.estimate.values, again.estimate.values),
+                (fit.estimate.std, again.estimate.std),
+            )
+            shares.setdefault(arm, []).append(np.mean(np.abs(one - two) > NORMAL_95 * np.hypot(*std)))
+    rows = [[arm, len(each), float(np.mean(each))] for arm, each in shares.items()]
+    show("Parameters that differ beyond 95 % intervals; 0.05 is right", ["arm", "pairs", "share"], rows)
+    return {arm: share for arm, _, share in rows}
+
+
+def _fitted(name: str) -> Fit:
+    return identify([CORRECT[name]().run], estimator=weighted, drop=False)
+
+
 def main() -> None:
     chosen = options(__doc__.splitlines()[0])
     if not (FOLDER / UR10E.urdf).exists():
         print(f"no recordings in {FOLDER}; set EXIDYN_DATA to their folder")
         return
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # of the two processes: one core each
     sets, results = (UR10E, KR300, PANDA), {}
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         for data, (text, figures) in zip(sets, pool.map(study, sets, [chosen.quick] * 3), strict=True):
             print(text, end="", flush=True)
             results[data.key] = figures
+    results["differ_beyond_intervals"] = intervals()
     save(chosen.json, results)
 
 

@@ -81,11 +81,12 @@ def sandwich(
     def whitened(array: np.ndarray, rows: slice) -> np.ndarray:
         return weighted_rows(array, rows) @ root
 
+    once = np.sqrt(repeated_share(weight * residual, equations.first))
     parts = [
         _part(
             whitened(instruments, rows),
             whitened(jacobian, rows),
-            residual[rows] / deviation[:, 0],
+            residual[rows] / (deviation[:, 0] * once),
             torque[rows] / deviation[:, 0],
         )
         for rows in all_blocks
@@ -96,7 +97,6 @@ def sandwich(
     # The noise level differs between runs: with a payload, currents and their noise are larger. The noise
     # color is that of the drives and encoders, the same in all runs; a short run could not determine its own.
     levels = [_level(residual[run], weight[run], deviation[:, 0]) for run in equations.runs]
-    once = np.sqrt(repeated_share(weight * residual, equations.first))
     scaled = np.concatenate(
         [residual[run] / level for run, level in zip(equations.runs, levels, strict=True)]
     )
