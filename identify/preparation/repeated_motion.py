@@ -59,7 +59,8 @@ def repeated_share(residual: np.ndarray, first: np.ndarray) -> np.ndarray:
         laps, squares = np.bincount(first, values != 0.0), np.bincount(first, values**2)
         products = np.bincount(first, values) ** 2 - squares
         correlation = max(products.sum() / max(float((laps - 1.0) @ squares), 1e-300), 0.0)
-        share[joint] = np.sum(laps / (1.0 + np.maximum(laps - 1, 0) * correlation)) / max(laps.sum(), 1.0)
+        if laps.any():  # some rows count
+            share[joint] = np.sum(laps / (1.0 + np.maximum(laps - 1, 0) * correlation)) / laps.sum()
     return share
 
 
