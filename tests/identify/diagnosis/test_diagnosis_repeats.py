@@ -150,5 +150,5 @@ def test_rows_are_sorted_by_block_and_put_back():
 
 
 def test_rows_that_do_not_count_are_no_laps():
-    residual = np.concatenate([np.tile(np.ones((50, 1)), (3, 1)), np.zeros((300, 1))])
-    assert repeated_share(residual, np.r_[np.arange(150) % 50, 150:450])[0] == pytest.approx(1 / 3)
+    residual = np.concatenate([np.tile(np.ones((50, 1)), (3, 1)), np.zeros((300, 1))]) * [1.0, 0.0]
+    assert repeated_share(residual, np.r_[np.arange(150) % 50, 150:450]) == pytest.approx([1 / 3, 1.0])
