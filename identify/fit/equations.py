@@ -17,6 +17,10 @@ from ..preparation.prepare import Prepared
 from ..preparation.repeated_motion import first_rows
 from .base_parameters import BaseParameters
 
+SMOOTH = 8.0
+"""Samples per period of the positions' cutoff that resolve a smooth effect [-]: inertia that rotates with two
+joints, times squared velocity, contains up to about four times their frequencies."""
+
 
 @dataclass(frozen=True)
 class Equations:
@@ -116,13 +120,9 @@ def decimated_regressor(
 
 
 def _parts(model: Model, run: Prepared) -> Iterator[tuple[Model, np.ndarray, Decimation]]:
-    """Split the model into smooth and abrupt effects: each part with its columns and its decimation.
-
-    A smooth effect contains up to about four times the frequencies of the low-passed positions (inertia that
-    rotates with two joints, times squared velocity), so eight samples per period of the cutoff resolve it.
-    """
+    """Split the model into smooth and abrupt effects: each part with its columns and its decimation."""
     smooth = np.array([effect.smooth and effect.pointwise for effect in model.effects], bool)
-    for kind, rate in ((smooth, 8.0 * run.position_cutoff), (~smooth, np.inf)):
+    for kind, rate in ((smooth, SMOOTH * run.position_cutoff), (~smooth, np.inf)):
         effects = tuple(effect for effect, wanted in zip(model.effects, kind, strict=True) if wanted)
         if effects:
             columns = np.concatenate(

@@ -16,13 +16,11 @@ from ..arm.motion import Motion
 from ..effects.load_dependent_friction import LoadDependentFriction
 from ..model import CHUNK, Model
 from ..preparation.prepare import Prepared
-from .equations import Equations
+from .equations import SMOOTH, Equations
 from .estimators import Estimate
 
 REVERSAL = 0.02
 """Velocity over which the friction reverses [rad/s], about that of Coulomb friction in industrial arms."""
-SMOOTH = 8.0
-"""Samples per period of the cutoff of positions, above which loads do not vary [-]."""
 ROUNDING = 1e-8
 """Smallest singular value over the largest, of columns of unit length, that is not zero by rounding."""
 
@@ -59,7 +57,7 @@ def _friction(model: Model, runs: Sequence[Prepared]) -> np.ndarray:
             piece = motion[start : start + CHUNK]
             yield friction.regressor(robot, replace(piece, load=model.gear_load(piece)))
 
-    # A sign that changes between samples moves the bias by a few millionths.
+    # Loads are smooth, and a sign that changes between samples moves the bias by a few millionths.
     filters = [run.decimation.thinned(SMOOTH * run.position_cutoff) for run in runs]
     columns = np.concatenate(
         [each.stream(pieces(run.motion[:: each.step])) for each, run in zip(filters, runs, strict=True)]

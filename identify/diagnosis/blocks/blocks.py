@@ -119,11 +119,11 @@ class BlockRows:
         each = zip(self.torque, self.columns, strict=True)
         return [self.products_of(torque[None], columns)[:, 0] for torque, columns in each]
 
-    def products_of(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """Products (k, a, b) in each block of sorted rows (a, r) and (r, b)."""
-        products = np.empty((len(self.blocks), len(left), right.shape[1]))
+    def products_of(self, values: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Products (k, a, b) in each block of sorted values (a, r) and columns (r, b)."""
+        products = np.empty((len(self.blocks), len(values), columns.shape[1]))
         for block, rows in enumerate(self.spans):
-            np.matmul(left[:, rows], right[rows], out=products[block])
+            np.matmul(values[:, rows], columns[rows], out=products[block])
         return products
 
     @cached_property
@@ -170,10 +170,10 @@ class BlockRows:
     def torque_of(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """Torque of each joint's unknowns, [n] of (a,), or (k, a) if each block has its own, shape (n, r)."""
         torque = np.empty(self.torque.shape)
-        for own, columns, some in zip(torque, self.columns, values, strict=True):
-            each = np.broadcast_to(some, (len(self.spans), some.shape[-1]))
-            for rows, unknowns in zip(self.spans, each, strict=True):
-                own[rows] = columns[rows] @ unknowns
+        for joint, (columns, unknowns) in enumerate(zip(self.columns, values, strict=True)):
+            by_block = np.broadcast_to(unknowns, (len(self.spans), unknowns.shape[-1]))
+            for rows, block in zip(self.spans, by_block, strict=True):
+                torque[joint, rows] = columns[rows] @ block
         return torque
 
     def errors(self, values: np.ndarray) -> np.ndarray:

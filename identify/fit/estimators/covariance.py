@@ -81,6 +81,7 @@ def sandwich(
     def whitened(array: np.ndarray, rows: slice) -> np.ndarray:
         return weighted_rows(array, rows) @ root
 
+    # What repeats in each lap of a motion is not new evidence.
     once = np.sqrt(repeated_share(weight * residual, equations.first))
     parts = [
         _part(
